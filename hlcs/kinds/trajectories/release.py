@@ -21,6 +21,12 @@ IN_AIR, ON_SLOPE, IN_HAND, PUSHED = "in the air", "on the slope", "in the hand",
 HIT = 1.5  # of gravity: what falls reads so much at an impact alone
 SETTLED = 0.02  # of gravity by which two readings of a fall differ, at most
 LOOKS = 100  # moments at which a fall may begin, looked at first
+LEFT_OUT = "rests {} at first, as if it were still held; what was recorded before the release is left out"
+STRUCK = "strikes something, and no floor is stated; what was read from the impact on is left out"
+BORNE = (
+    "reads gravity, as a body that lies or slides, and is taken to fall, as no floor is stated; state surroundings.floor, or do "
+    "not where it sinks as fast as it ever will"
+)
 
 
 def release_notes(trials, starts, seated, noise):
@@ -52,7 +58,7 @@ def release_notes(trials, starts, seated, noise):
             for entries, where in ((held, IN_AIR), (on_slope, ON_SLOPE))
         ),
     )
-    return [f"{_names(entries)}: {text.format(entries[0][1])}" for entries, text in told if entries]
+    return [f"{_names([name for name, _ in entries])}: {text.format(entries[0][1])}" for entries, text in told if entries]
 
 
 def may_hover(body, around):
@@ -73,9 +79,8 @@ def _at_zero(trial):
     return abs(trial.times[0]) <= 0.01 * np.median(np.diff(trial.times))
 
 
-def _names(entries):
+def _names(names):
     """Names of recordings, a few of them."""
-    names = [name for name, _ in entries]
     return ", ".join(names[:FEW]) + f" and {len(names) - FEW} more" * (len(names) > FEW)
 
 
@@ -86,34 +91,23 @@ def let_go(measurement, noise, seated):
 
     seated: does a body lie on its floor at the start (trials,).
     """
-    trials, told, hit, borne = [], {IN_AIR: [], ON_SLOPE: [], IN_HAND: [], PUSHED: []}, [], []
+    rests = {where: LEFT_OUT.format(where) for where in (IN_AIR, ON_SLOPE, IN_HAND, PUSHED)}
+    trials, told = [], {text: [] for text in (*rests.values(), STRUCK, BORNE)}
     for trial, lies in zip(measurement.trials, seated, strict=True):
         fitted = not np.any(trial.start.get("velocity", 0.0)) if trial.unplaced else not trial.start
-        count = samples_held(trial, noise, lies) if fitted else 0
-        if count:
-            rest = f"{trial.name} ({trial.times[count - 1] - trial.times[0]:.2g} s)"
+        if fitted and (count := samples_held(trial, noise, lies)):
             where = (PUSHED if lies else IN_HAND) if trial.unplaced else ON_SLOPE if lies else IN_AIR
-            told[where].append((rest, count))
+            told[rests[where]].append(f"{trial.name} ({trial.times[count - 1] - trial.times[0]:.2g} s)")
             known = {key: value for key, value in trial.start.items() if key != "velocity"}
             trial = trial.at(slice(count, None), start=known)
-        if trial.unplaced and (flown := samples_until_impact(trial, noise)) < len(trial.times):
-            hit.append((f"{trial.name} ({trial.times[flown]:.3g} s)", flown))
-            trial = trial.at(slice(flown))
-        if trial.unplaced and trial.surroundings.floor_height is None and np.abs(np.median(_felt(trial)) - 1) < STEADY:
-            borne.append((trial.name, 0))
+        if trial.unplaced and trial.surroundings.floor_height is None:
+            if (flown := _samples_until_impact(trial, noise)) < len(trial.times):
+                told[STRUCK].append(f"{trial.name} ({trial.times[flown]:.3g} s)")
+                trial = trial.at(slice(flown))
+            if np.abs(np.median(_felt(trial)) - 1) < STEADY:
+                told[BORNE].append(trial.name)
         trials.append(trial)
-    notes = [
-        f"{_names(rests)}: rests {where} at first, as if it were still held; what was recorded before the release is left out"
-        for where, rests in told.items()
-        if rests
-    ]
-    if hit:
-        notes.append(f"{_names(hit)}: strikes something, and no floor is stated; what was read from the impact on is left out")
-    if borne:
-        notes.append(
-            f"{_names(borne)}: reads gravity, as a body that lies or slides, and is taken to fall, as no floor is stated; state "
-            "surroundings.floor, or do not where it sinks as fast as it ever will"
-        )
+    notes = [f"{_names(names)}: {text}" for text, names in told.items() if names]
     return replace(measurement, trials=tuple(trials), notes=(*measurement.notes, *notes)) if notes else measurement
 
 
@@ -183,11 +177,21 @@ def _felt(trial):
     return felt(trial.accelerations.values, trial.surroundings.gravity)
 
 
+def _close(trial, noise, of=1):
+    """By how much readings of a Trial that are much the same differ at most, each made of so many [m/s2]."""
+    return max(SETTLED * trial.surroundings.gravity, STRAY * np.sqrt(of) * (noise.acceleration or 0.0))
+
+
 def _settled(trial, noise):
     """Between which samples of a Trial its accelerometer reads much the same, boolean (n - 1,): not while a hand lets it go, nor
     while it strikes something."""
     steps = np.abs(np.diff(np.nan_to_num(trial.accelerations.values), axis=0)).max(axis=1)
-    return steps < max(SETTLED * trial.surroundings.gravity, STRAY * np.sqrt(2) * (noise.acceleration or 0.0))
+    return steps < _close(trial, noise, of=2)
+
+
+def _steady(moments, settled, otherwise=0):
+    """The first of these moments from which on LEAST steps are settled."""
+    return next((k for k in moments if settled[k : k + LEAST].all()), otherwise)
 
 
 def _samples_felt(trial, noise):
@@ -201,7 +205,7 @@ def _samples_felt(trial, noise):
     first, last = int(begun[longest]), int(ended[longest])
     if first < LEAST or settled[first - 1]:
         return 0
-    return next((k for k in range(first + 1, last - LEAST) if settled[k : k + LEAST].all()), 0)
+    return _steady(range(first + 1, last - LEAST), settled)
 
 
 def _samples_pushed(trial, noise):
@@ -209,7 +213,7 @@ def _samples_pushed(trial, noise):
     it has stopped, and slides by itself once it is fastest; 0 where it did not."""
     values, times = np.nan_to_num(trial.accelerations.values), trial.times - trial.times[0]
     aside = np.abs(values - np.median(values[:LEAST], axis=0)).max(axis=1)
-    close = max(SETTLED * trial.surroundings.gravity, STRAY * (noise.acceleration or 0.0))
+    close = _close(trial, noise)
     rest = int(np.argmax(np.append(aside > close, True)))
     if not LEAST < rest < len(times) or np.any(aside[-LEAST:] > close):
         return 0
@@ -218,21 +222,15 @@ def _samples_pushed(trial, noise):
     fastest = int(np.argmax(speed))
     if speed[-1] > STEADY * speed[fastest]:
         return 0
-    settled = _settled(trial, noise)
-    return next((k for k in range(fastest, len(settled) - LEAST) if settled[k : k + LEAST].all()), 0)
+    return _steady(range(fastest, len(times) - 1 - LEAST), _settled(trial, noise))
 
 
-def samples_until_impact(trial, noise):
+def _samples_until_impact(trial, noise):
     """How many samples a fall takes that is read by an accelerometer alone, up to where it begins to strike something. All of
-    them where nothing is struck, or a floor is stated."""
+    them where nothing is struck."""
     reads, count = _felt(trial), len(trial.times)
-    if trial.surroundings.floor_height is not None:
-        return count
     near = (
         k for k in range(LEAST, count) if reads[k] > FREE and reads[k : k + LEAST].max() > HIT > 1 > reads[k - LEAST : k].max()
     )
     end = next(near, None)
-    if end is None:
-        return count
-    settled = _settled(trial, noise)
-    return next((k for k in range(end, LEAST, -1) if settled[k - LEAST : k].all()), end)
+    return count if end is None else LEAST + _steady(range(end - LEAST, 0, -1), _settled(trial, noise), end - LEAST)
