@@ -10,7 +10,7 @@ FORETOLD_OUT = 3.0  # the same of an end from what is foretold of it, where it s
 PASSES = 3  # neighbours of outliers are outliers too: of three per cent, one in 1,000 stands third in a row
 UNSURE = 3.0  # over the root of their number: by so much the scatter of normal noise seems larger than it is once in 40 series
 END = 1.29  # scatter of white noise about what the next four samples foretell, that about the line through two neighbours being 1
-BY_CHANCE = 1e-4  # chance of as many outliers at one end of the series: two ends of nine channels are asked of each set of data
+AT_ONE_END = 1e-4  # chance of as many outliers at one end of the series: two ends of nine channels are asked of each set of data
 LEAST = 10  # samples of which a scatter can be told
 CORE = 3.3  # standard deviations within which 99.9 % of normal noise lies: what is beyond is counted as outliers that stayed
 BEYOND_CORE = 0.000967  # part of normal noise that lies beyond it all the same
@@ -81,7 +81,7 @@ def anywhere(alone):
     for end in (0, -1):
         there = sum(bool(flags[end]) for flags in long)
         share = (sum(map(np.sum, long)) - there + 1) / (sum(map(len, long)) + 1)
-        if special.bdtrc(there - 1, len(long), share) < BY_CHANCE:
+        if special.bdtrc(there - 1, len(long), share) < AT_ONE_END:
             for flags in long:
                 flags[end] = False
     return alone

@@ -13,7 +13,7 @@ BINS = 12  # of a variable, in which a misfit that all recordings share is looke
 SHOWN = 0.25  # share of the mean square that a pattern must hold to be told of
 ALIKE = 0.3  # correlation of neighbouring residuals from which they are said to drift
 CYCLES = 3.0  # that a recording must hold of a period: fewer are a drift
-BY_CHANCE = 0.001  # that the largest of all frequencies is as high as that in noise
+AS_HIGH = 0.001  # chance that the largest of all frequencies is as high as that in noise
 MOST_FREQUENCIES = 2000
 WORDS = {"time": "time", "height": "height", "speed": "speed", "input": "the main input", "layer": "the layer"}
 
@@ -32,7 +32,7 @@ class Spectrum(NamedTuple):
     @property
     def hides_a_period(self):
         """Is the peak more than chance, and no end of a slow drift?"""
-        return self.p < BY_CHANCE and self.peak >= self.slowest
+        return self.p < AS_HIGH and self.peak >= self.slowest
 
 
 def spectrum(table):
