@@ -8,8 +8,10 @@ from time import perf_counter
 
 import numpy as np
 
-from hlcs.processes.interrupts import IN_TIME, OUT_OF_TIME, STOPPED
+from hlcs.data.notes import OutOfTime, Stopped
 
+STOPPED = "stopped by Ctrl-C before its end: sets of effects that were not fitted by then are missing from this answer"
+IN_TIME = "to keep within the limit of time"
 SEGMENTED_LIMIT = 3.0e6  # body-steps from which as many recordings of a tumbling body are screened as these allow for
 TUMBLING_LIMIT = 6.0e6  # of a search on them, what a step costs by itself counted: twenty tosses of a cube take 4.4e6, some 90 s
 SMOOTH_LIMIT = 10.0e6  # the same where recordings are not in segments: some 100 s at 8 to 12 us each
@@ -78,8 +80,10 @@ class Budget:
     def notes(self):
         """Sentences on what was left out."""
         if self.stopped:
-            return (STOPPED,)
-        return (f"{OUT_OF_TIME} ({self.left_out})",) if self.left_out else ()
+            return (Stopped(STOPPED),)
+        return (
+            (OutOfTime(f"left out {IN_TIME}: sets of effects that might do as well ({self.left_out})"),) if self.left_out else ()
+        )
 
 
 def linearisation_cost(trials, step):

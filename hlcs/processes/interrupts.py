@@ -12,9 +12,6 @@ import sys
 import threading
 from contextlib import contextmanager
 
-STOPPED = "stopped by Ctrl-C before its end: sets of effects that were not fitted by then are missing from this answer"
-IN_TIME = "to keep within the limit of time"
-OUT_OF_TIME = f"left out {IN_TIME}: sets of effects that might do as well"  # before how many
 AGAIN = 0.05  # after so long one that was lost or must wait is raised once more [s]
 COMPILER = ("numba", "llvmlite")  # packages that an exception must not leave halfway
 

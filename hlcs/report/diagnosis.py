@@ -7,10 +7,10 @@ from pathlib import Path
 
 from hlcs.data.effects_of_model import OF_EFFECTS
 from hlcs.data.model_entries import FILL_IN, MODEL
+from hlcs.data.notes import AsItIs, Stopped
 from hlcs.files import folders
 from hlcs.files.documents import toml_value
 from hlcs.files.spreadsheets import csv_text
-from hlcs.processes.interrupts import STOPPED
 from hlcs.records import Reason
 from hlcs.report import page, statistics
 from hlcs.report.diagnosis_figures import diagnosis_panels, pictures
@@ -21,7 +21,7 @@ from hlcs.report.leftover import camera_swings
 from hlcs.report.notes import note_parts
 from hlcs.report.ranking import LITTLE, left_by_base, ranking
 from hlcs.report.sentences import error_of, opening, place, reynolds_told
-from hlcs.report.words import AS_IT_IS, capital, interval, joined, size, value, words
+from hlcs.report.words import capital, interval, joined, size, value, words
 
 NOT_PROVED = {
     "ambiguous": "{what} can be added, and {is_} not proved: others do as well.",
@@ -69,7 +69,7 @@ def line(diagnosis):
 
 def headline(diagnosis):
     """Title, kind and verdict in a line; of a search that was stopped that it was."""
-    stopped = " (stopped by Ctrl-C before the search ended)" * (STOPPED in diagnosis.notes)
+    stopped = " (stopped by Ctrl-C before the search ended)" * bool(Stopped.among(diagnosis.notes))
     return f"{diagnosis.title} ({diagnosis.kind}): {diagnosis.verdict}{stopped}"
 
 
@@ -84,7 +84,7 @@ def sections(diagnosis):
         Section("The smallest effects that these data would have shown", _visible(diagnosis), "visible"),
         Section("Where the model still misses", _where(diagnosis), "where"),
         Section("How to go on", _next(diagnosis), "next"),
-        Section("Notes on the data", note_parts([note for note in diagnosis.notes if AS_IT_IS not in note]), "notes"),
+        Section("Notes on the data", note_parts([note for note in diagnosis.notes if not isinstance(note, AsItIs)]), "notes"),
     ]
     return [section for section in found if section.parts]
 

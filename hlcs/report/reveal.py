@@ -3,8 +3,8 @@
 import html as markup
 from textwrap import fill
 
+from hlcs.data.notes import Stopped
 from hlcs.files import folders
-from hlcs.processes.interrupts import STOPPED
 from hlcs.report.diagnosis_figures import fit_panel, residual_panels
 from hlcs.report.document import WIDTH, Section, Table, as_text
 from hlcs.report.figures import given_axes
@@ -27,7 +27,7 @@ def told(answer, laws, diagnosis):
     parts = [Section("", (f"{name}: {law}",)) for name, law in laws.items()]
     if diagnosis:
         rows = rows_of(answer, diagnosis)
-        parts += [Section("", (CUT_SHORT,))] if STOPPED in diagnosis.notes else []
+        parts += [Section("", (CUT_SHORT,))] if Stopped.among(diagnosis.notes) else []
         parts += [Section("The numbers", (Table(HEAD, rows, texts=2),))] if rows else []
         parts.append(Section("The error", (_error(diagnosis),)))
     lines = answer["text"].strip().splitlines()
@@ -53,7 +53,7 @@ def _numbers(answer, law, diagnosis):
 def _found(diagnosis, law, name):
     """A number and its interval as these data give them."""
     entry = diagnosis.parameters.get(law, {}).get(name)
-    if entry is None and STOPPED in diagnosis.notes:
+    if entry is None and Stopped.among(diagnosis.notes):
         return "not fitted", "-"
     if entry is None or entry["value"] is None:
         return "not to be had", "-"

@@ -2,14 +2,14 @@
 
 import math
 
+from hlcs.data.notes import AsItIs, OutOfTime, Stopped
 from hlcs.data.quantities import unit_of
-from hlcs.processes.interrupts import OUT_OF_TIME, STOPPED
 from hlcs.records import Reason
 from hlcs.report.document import Points
 from hlcs.report.doubted import doubt
 from hlcs.report.leftover import likeness, turns_missed
 from hlcs.report.ranking import ranking
-from hlcs.report.words import AS_IT_IS, capital, joined, number, share, size, span, two_digits, value, words
+from hlcs.report.words import capital, joined, number, share, size, span, two_digits, value, words
 
 NEAR_NOISE = 1.15  # times the noise up to which an error is called noise without more words
 NOTHING_MORE = "Nothing more is missing."
@@ -29,9 +29,9 @@ def opening(diagnosis):
     }[diagnosis.verdict](diagnosis)
     stopped = ["Stopped by Ctrl-C before the search ended: what follows holds for the sets of effects that were fitted by then."]
     outside = reynolds_told(diagnosis, holds=False)
-    others = [f"Or none of this: {note}." for note in diagnosis.notes if AS_IT_IS in note]
+    others = [f"Or none of this: {note}." for note in AsItIs.among(diagnosis.notes)]
     return [
-        *stopped * (STOPPED in diagnosis.notes),
+        *stopped * bool(Stopped.among(diagnosis.notes)),
         *told,
         *_not_tried_for_time(diagnosis),
         *outside,
@@ -42,7 +42,7 @@ def opening(diagnosis):
 
 def _not_tried_for_time(diagnosis):
     """That a model which explains the data may not be the only one, where time did not suffice to fit others: sentences."""
-    if diagnosis.verdict == "unexplained" or not any(note.startswith(OUT_OF_TIME) for note in diagnosis.notes):
+    if diagnosis.verdict == "unexplained" or not OutOfTime.among(diagnosis.notes):
         return []
     return ["Other sets of effects might do as well, and were not fitted, for time: see the notes on the data."]
 
@@ -316,7 +316,7 @@ def _unexplained(diagnosis):
 
 def _nothing(diagnosis):
     """What it is that does not explain: what was tried, or where a search was stopped what it had come to."""
-    return "nothing that was fitted by then" if STOPPED in diagnosis.notes else "none of the effects tried"
+    return "nothing that was fitted by then" if Stopped.among(diagnosis.notes) else "none of the effects tried"
 
 
 def _helps(diagnosis):

@@ -3,7 +3,7 @@
 import math
 
 DASH = "-"
-AS_IT_IS = "the model as it is agrees with these data, and nothing else need be missing"  # of a note that the opening tells
+AS_IT_IS = "the model as it is agrees with these data, and nothing else need be missing"
 TINY = 1e-3  # below which a number with many decimals is told with a power of ten
 SMALLER = {"m": ("mm", 1e3), "s": ("ms", 1e3)}  # unit that is used below one
 

@@ -25,7 +25,6 @@ class Selection(Found):
     """What a search found, and what follows from it."""
 
     next_experiment: Callable[[str], NextExperiment] = field(repr=False)  # of a verdict that leaves something open
-    left_out: tuple[str, ...] = ()  # of the notes, what was left out to keep within the limit of time
 
     @property
     def verdict(self):
@@ -84,7 +83,6 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
         model=best.model,
         pictures=experiment.pictures(problem, table_before, table_after),
         notes=(*prepared.notes, *prepared.aside, *_doubts(best, parameters), *search.budget.notes()),
-        left_out=search.budget.notes(),
         sets=tuple(_described(sets, members, errors, parameters) for members in sets.tied),
         inclusion=sets.inclusion,
         explained=explained(base, final),

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from hlcs.data.notes import AsItIs
 from hlcs.data.rigid_body import known_body, rigid_body
 from hlcs.kinds.outcomes.designs import ON_A_FLOOR
 from hlcs.report.words import AS_IT_IS
@@ -24,10 +25,9 @@ def rolling_told(problem, model, judge):
     rolls = that_rolls(problem)
     if not judge(rolls, rolls.fit(model))[0].adequate:
         return ()
-    return (
-        f"if the body rolls without slipping, in place of sliding as outcomes of a table do, {AS_IT_IS}. What a ball loses by "
-        "resistance to rolling a recording tells: columns t_s and x_m, with a floor that slopes",
-    )
+    rolling = f"if the body rolls without slipping, in place of sliding as outcomes of a table do, {AS_IT_IS}"
+    tells = "What a ball loses by resistance to rolling a recording tells: columns t_s and x_m, with a floor that slopes"
+    return (AsItIs(f"{rolling}. {tells}"),)
 
 
 def that_rolls(problem):

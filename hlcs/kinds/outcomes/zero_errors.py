@@ -11,6 +11,7 @@ import numpy as np
 from scipy import optimize
 
 from hlcs.data.bodies import bounding_radius
+from hlcs.data.notes import AsItIs
 from hlcs.estimation.fitting import chi2_of
 from hlcs.kinds.outcomes.setting_errors import within
 from hlcs.report.words import AS_IT_IS, size
@@ -63,7 +64,8 @@ def _told(problem, model, names, most, worst, judge):
     unit, check = ZEROS[names]
     error = f" +- {size(np.sqrt(2 / bend), unit)}" if 0 < bend < np.inf else ""
     which, side = " and ".join(names) + (" is" if len(names) == 1 else " are"), "more" if found.x > 0 else "less"
-    return (f"if {which} {size(abs(found.x), unit)}{error} {side} than stated in all rows alike, {AS_IT_IS}. Check {check}",)
+    stated = f"{size(abs(found.x), unit)}{error} {side} than stated in all rows alike"
+    return (AsItIs(f"if {which} {stated}, {AS_IT_IS}. Check {check}"),)
 
 
 def with_zero_at(problem, names, offset):

@@ -9,6 +9,7 @@ import numpy as np
 
 from hlcs.data.experiment_file import LAYOUTS
 from hlcs.data.impacts import read_drags, read_impacts
+from hlcs.data.notes import OutOfTime, Stopped
 from hlcs.data.quantities import CHANNEL_UNITS, CHANNELS, have_unit
 from hlcs.data.recordings import read_recordings
 from hlcs.data.shown_by_impacts import differing_from_model, rebounds_shown
@@ -29,7 +30,6 @@ from hlcs.kinds.trajectories.stated_starts import starts_shown
 from hlcs.kinds.trajectories.thinning import on_all_rows, thinned
 from hlcs.kinds.trajectories.time_step import alone, polished, with_step_error
 from hlcs.learning import learn
-from hlcs.processes.interrupts import STOPPED
 from hlcs.records import Reason
 from hlcs.rendering import Pictures
 from hlcs.selection.eligibility import candidates_for, fastest
@@ -187,13 +187,13 @@ class Trajectories:
             return select(self, prepared, search, cross_validation, absent, *on_all)
 
         first = searched(prepared, chosen, absent)
-        if few is many or STOPPED in first.left_out:
+        if few is many or Stopped.among(first.notes):
             return replace(first, notes=(*notes, *first.notes))
         self.options.log("fitting more recordings")
         kept = {*first.effects, *(name for members in first.ambiguous for name in members)}
         confirmed = searched(prepare(many, own, noise, likely), [candidate for candidate in chosen if candidate.name in kept], {})
         others = tuple(on_fewer(each, len(few.trials)) for each in first.candidates if each.effect not in kept)
-        left_out = tuple(note for note in first.left_out if note not in confirmed.left_out)
+        left_out = (note for note in OutOfTime.among(first.notes) if note not in confirmed.notes)
         return replace(confirmed, candidates=confirmed.candidates + others, notes=(*notes, *confirmed.notes, *left_out))
 
     def pilot(self, effect):

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 import hlcs
 from hlcs import mystery
-from hlcs.processes.interrupts import STOPPED
+from hlcs.data.notes import Stopped
 from hlcs.report import reveal
 
 GIVEN = {"value": 0.46, "low": 0.44, "high": 0.48, "unit": "1"}
@@ -34,7 +34,7 @@ def test_a_hidden_number_stands_beside_the_number_of_the_data():
 
 def test_a_fit_that_was_stopped_is_not_said_to_give_nothing():
     stopped = diagnosis({}, ())
-    stopped.notes = (STOPPED,)
+    stopped.notes = (Stopped("whatever it says"),)
     text = reveal.told(answer(), {"quadratic_drag": "F = -k |w| w."}, stopped)
     assert "Stopped by Ctrl-C" in text and "not fitted" in text and "not to be had" not in text
 

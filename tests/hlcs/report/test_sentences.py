@@ -22,7 +22,7 @@ from planted import (
 )
 from planted import table as observations
 
-from hlcs.processes.interrupts import OUT_OF_TIME, STOPPED
+from hlcs.data.notes import OutOfTime, Stopped
 from hlcs.records import Comparison, Reason
 from hlcs.report.ranking import ranking
 from hlcs.report.sentences import effect_sentence
@@ -370,7 +370,7 @@ def test_what_was_held_out_is_called_by_its_name(kind, left_out):
 
 
 def test_a_search_that_was_stopped_says_so_before_anything_else():
-    stopped = replace(UNEXPLAINED, notes=(STOPPED,))
+    stopped = replace(UNEXPLAINED, notes=(Stopped("whatever it says"),))
     assert opening(stopped).startswith("Stopped by Ctrl-C before the search ended: what follows holds for the sets of effects")
     assert stopped.summary().split("\n")[0] == "a ball (trajectory): unexplained (stopped by Ctrl-C before the search ended)"
     assert "nothing that was fitted by then explains" in opening(stopped) and "library" not in opening(stopped)
@@ -380,7 +380,7 @@ def test_a_search_that_was_stopped_says_so_before_anything_else():
 @pytest.mark.parametrize(("verdict", "told"), [("effect", True), ("ambiguous", True), ("unexplained", False)])
 def test_what_was_not_fitted_for_time_is_told_beside_a_model_that_explains_the_data(verdict, told):
     """Where nothing explains them, that is so of what was tried, and said so already."""
-    found = replace(diagnosis(verdict), notes=(f"{OUT_OF_TIME} (19)",))
+    found = replace(diagnosis(verdict), notes=(OutOfTime("sets that might do as well (19)"),))
     assert ("were not fitted, for time" in opening(found)) == told and "might do as well (19)" in text(found)
     assert "for time" not in opening(diagnosis(verdict))
 

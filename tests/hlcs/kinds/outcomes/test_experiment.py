@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import hlcs
+from hlcs.data.notes import Stopped
 from hlcs.kinds.outcomes import experiment
 from hlcs.kinds.protocol import Options
-from hlcs.processes.interrupts import STOPPED
 from minibullet.errors import InputError
 
 HEIGHTS = np.repeat(np.linspace(0.5, 9.0, 8), 4)
@@ -41,18 +41,18 @@ def test_ctrl_c_ends_all_searches_over_a_table_and_is_told(tmp_path, monkeypatch
     """Errors of inputs may ask for a second search: after Ctrl-C there is none, and the note of the first one stays."""
     searches = []
 
-    class Stopped(experiment.Search):
+    class EndedSearch(experiment.Search):
         def run(self, *given):
             searches.append(self)
             found = super().run(*given)
             self.budget.stopped = True
             return found
 
-    monkeypatch.setattr(experiment, "Search", Stopped)
+    monkeypatch.setattr(experiment, "Search", EndedSearch)
     file = falls(tmp_path, 0.6)
     file.write_text(file.read_text() + "input_sd = { height_m = 0.05 }\n")
     found = hlcs.diagnose(file, candidates=["length_scale"])
-    assert len(searches) == 1 and STOPPED in found.notes
+    assert len(searches) == 1 and Stopped.among(found.notes)
 
 
 def test_a_table_without_inputs_is_told_by_its_rows(tmp_path):
