@@ -18,7 +18,6 @@ from hlcs.simulation import contact_motion
 from hlcs.simulation.initial_state import initial_guess, shifted, unknowns
 from hlcs.simulation.simulator import Motion, Simulator
 from minibullet import rotations
-from minibullet.errors import InputError
 
 SAID = dict(
     zip(
@@ -31,8 +30,7 @@ LEVEL = 0.9999995  # z of the normal of a floor that is stated to be level: to 1
 SLACK = 1.1  # for the noise and the fit of the furthest and the deepest path that was recorded
 STEPS = (1e-4, 1e-3, 1e-4, 1e-3)  # differences of an initial state: m, m/s, rad, rad/s
 UNSEEN = 1e-5  # norm of the white change per m, m/s, rad or rad/s of a start below which it is rounding, and the start unseen
-FAR = 100.0  # chi2 per observation, ten standard deviations, from which a fit through contacts begins with the first ones
-LEAST = 8  # samples of a recording that such a fit begins with: its unknown start takes up to six
+LEAST = 8  # samples of a recording that a fit begins with: its unknown start takes up to six
 
 
 class TrajectoryProblem(Problem):
@@ -88,26 +86,24 @@ class TrajectoryProblem(Problem):
 
     def fit(self, model, initial_states=None, limit=None):
         """As in `Problem`. An acceleration leaps where a body stops or hits, and no derivative tells that it should do so later:
-        such a fit begins where the running sums of the readings, which only bend there, are fitted best. One through contacts
-        that is FAR from the data begins with the first of them: later on, turns have gone round, and minima are many."""
+        such a fit begins where the running sums of the readings, which only bend there, are fitted best. Where turns have gone
+        round minima are many: such a fit begins with the first samples."""
         if not self.summed and self.leaps:
             begun = self._with(summed=True, step_change=None).fit(model, initial_states)
             model, initial_states = begun.model, begun.initial_states
-        elif initial_states is not None and free_numbers(model) and self.simulator.contact and not self.segmented:
-            chi2 = self.chi2(model, initial_states)
-            if chi2 > FAR * sum(len(recording.times) for recording in self.recordings):
-                begun = Problem.fit(self.beginning(), model, self.initial_guess())
-                if self.chi2(begun.model, begun.initial_states) < chi2:
-                    model, initial_states = begun.model, begun.initial_states
+        elif initial_states is not None and free_numbers(model) and self.gone_round(raw := self.residuals(model, initial_states)):
+            begun = Problem.fit(self.beginning(), model, self.initial_guess())
+            chi2 = [chi2_of(self.whitened(each)).sum() for each in (raw, self.residuals(begun.model, begun.initial_states))]
+            if chi2[1] < chi2[0]:
+                model, initial_states = begun.model, begun.initial_states
         return super().fit(model, initial_states, limit)
 
-    def chi2(self, model, initial_states):
-        """Sum of squares of the whitened residuals; infinite where nothing can be simulated."""
-        try:
-            with np.errstate(all="ignore"):
-                return float(chi2_of(self.white_residuals(model, initial_states)).sum())
-        except InputError:
-            return np.inf
+    def gone_round(self, raw):
+        """Do residuals hold more than half a turn, through contacts and of whole recordings?"""
+        if not self.simulator.contact or self.segmented:
+            return False
+        turns = [part[have_unit(recording.channel, "rad")] for part, recording in zip(raw, self.recordings, strict=True)]
+        return any(np.abs(part).max(initial=0.0) > np.pi for part in turns)
 
     def beginning(self):
         """The same problem with the samples of the first quarter of each recording."""
