@@ -17,6 +17,7 @@ from minibullet.bodies import Bodies, ContactLaw, Contacts
 from minibullet.effects import contact_law
 
 STEPS = 160  # of a fall or a slide
+UP, BACK = 1.3, 2.2  # times v / g within which a body that is thrown up is past its top, or back, in air: 1 and 2 in a vacuum
 LONGER, MOST_LONGER = (
     1.7,
     40,
@@ -211,21 +212,22 @@ def thrown_up(setups, effects, speed):
 
     nan where one has no speed, so that it is never up, or does not come down.
     """
-    track = risen(setups, effects, speed, lambda track: track.position[-1, :, 2] < 0)
+    track = risen(setups, effects, speed, lambda track: track.position[-1, :, 2] < 0, BACK)
     top = track.times[np.argmax(track.position[:, :, 2], axis=0)]
     times = crossing(track, lambda position: position[:, 2], begin=top)
     back = (speed > 0) & (track.position[-1, :, 2] < 0)
     return np.where(back, times, np.nan), np.where(back[:, None], velocity_at(track, times), np.nan)
 
 
-def risen(setups, effects, speed, done):
-    """The Track of bodies thrown up at a speed (d,) [m/s] until `done` (Track -> booleans (d,)) holds for all.
+def risen(setups, effects, speed, done, long=UP):
+    """The Track of bodies thrown up at a speed (d,) [m/s] until `done` (Track -> booleans (d,)) holds for all; long: how long it
+    is tried first.
 
     A body whose speed is nan never came to be thrown: it goes with the others at no speed.
     """
     speed = np.nan_to_num(speed)
     state = state_of(setups, speed[:, None] * np.array([0.0, 0.0, 1.0]))
-    duration = max(1.3 * speed.max() / setups[0].surroundings.gravity, 1e-3)
+    duration = max(long * speed.max() / setups[0].surroundings.gravity, 1e-3)
     for _ in range(6):
         track = fly(state, effects, duration, duration / STEPS)
         if np.all(done(track) | (speed == 0)):
