@@ -55,7 +55,7 @@ class Search:
         self.foreseen = {}  # set -> (Proposal, Fit that it was foreseen from)
         self.unsure = {}  # set of one effect -> how much less than foreseen it may cost
         self.twins = set()  # sets that do as the best fits do where these stand, whatever is foreseen far from there
-        self.found = {}  # id of a Fit -> [(fall found, fall foreseen)] of the sets that were foreseen from it
+        self.found = {}  # id of a Fit -> [(set that was foreseen from it, fall found, fall foreseen)]
         self.shown = self.implied = frozenset()  # what the file implies beside the best fit: see `LinearModel.certain`
         self.closed = {frozenset()}  # sets that are not fitted again: they cannot be simulated, or were fitted twice
         self.begun = {}  # set -> the Fits that its own fits were foreseen from
@@ -195,7 +195,7 @@ class Search:
                 self.fits[effects] = fit
             if proposal.fall > 0:
                 found = max(misfit(parent) - misfit(fit), 0.0)
-                self.found.setdefault(id(parent), []).append((found, proposal.fall))
+                self.found.setdefault(id(parent), []).append((effects, found, proposal.fall))
 
     def parts_first(self, proposals, limit):
         """[(Proposal, Fit it was foreseen from)] to be fitted now: what is simpler than these sets and not fitted, and of them
@@ -213,19 +213,19 @@ class Search:
             same = len(proposal.effects)
             parts = [each for each in parts if not self.adorned(*each)]
             first = [each for each in parts if each[0].cost <= limit and self.borne_out(*each) or len(each[0].effects) == same]
-            for each in (*sorted(first, key=lambda each: each[0].cost), (proposal, parent)):
+            for each in (*sorted(first, key=self.likely), (proposal, parent)):
                 ordered.setdefault(each[0].effects, each)
         first, *others = ordered.values()
         ready = [each for each in others if ordered.keys().isdisjoint(self.simpler(each[0].effects))]
-        return [first, *sorted(ready, key=lambda each: (each[0].cost, sorted(each[0].effects)))]
+        return [first, *sorted(ready, key=lambda each: (self.likely(each), sorted(each[0].effects)))]
 
     def first_ones(self, proposals, promising):
         """[(Proposal, Fit it was foreseen from)] of those to be fitted now: the first one, and what is foreseen within reach of
         the cheapest, or to take away HELPS of what that one takes from the best so far: through impacts much is found that was
         not foreseen. The others are of interest where these fail. promising: all, of which the cheapest may wait for parts."""
-        least = min(proposal.cost for proposal, _ in promising)
+        least = min(map(self.likely, promising))
         most = least + max(self.reach(), HELPS * (self.cost(self.ranked()[0]) - least))
-        return [each for place, each in enumerate(proposals) if not place or each[0].cost <= most]
+        return [each for place, each in enumerate(proposals) if not place or self.likely(each) <= most]
 
     def borne_out(self, proposal, parent):
         """Is a set without some effect of the fit that it was foreseen from also foreseen where that effect is not, FORESEEN of
@@ -274,7 +274,7 @@ class Search:
         would name it, while the best fit leaves more than noise.
         """
         contact, rough = self.problem.simulator.contact, left_by_segments(self.problem)
-        lost = max(1 - self.share_found(parent), 0.0) * max(proposal.fall, 0.0)
+        lost = self.lost(proposal, parent)
         parts = [cost - rough for known, cost in costs.items() if known < proposal.effects]
         more = 0.0 if explained or proposal.effects in self.fits else self.unsure.get(proposal.effects, 0.0)
         if contact and explained and proposal.effects in self.twins:
@@ -290,10 +290,21 @@ class Search:
         fall = misfit(self.base) - misfit(parent) + proposal.fall - lost
         return fall > HELPS * self.excess(self.base) * (1.0 if self.found else FORESEEN)
 
-    def share_found(self, parent):
+    def lost(self, proposal, parent):
+        """What fits will not find of a fall that is foreseen, by those of the sets that brought one of its effects there."""
+        share = self.share_found(parent, proposal.effects - set(parent.model.numbers))
+        return max(1 - share, 0.0) * max(proposal.fall, 0.0)
+
+    def likely(self, foreseen):
+        """What a set will cost, (Proposal, Fit it was foreseen from): as foreseen, and what is lost of that."""
+        return foreseen[0].cost + self.lost(*foreseen)
+
+    def share_found(self, parent, new=None):
         """What the fits of sets that were foreseen from a fit found of the fall that was foreseen of them, the median; before any
-        all of it, and that counts as one of them: a single law that bends far away says nothing of the others."""
-        found, foreseen = np.array([(1.0, 1.0), *self.found.get(id(parent), ())]).T
+        all of it, and that counts as one of them: a single law that bends far away says nothing of the others. new: of sets
+        that brought one of these effects there; None = of all."""
+        known = [falls for effects, *falls in self.found.get(id(parent), ()) if new is None or effects & new]
+        found, foreseen = np.array([(1.0, 1.0), *known]).T
         return float(np.median(found / foreseen))
 
     def open_proposals(self):
@@ -312,7 +323,8 @@ class Search:
 
         def order(each):
             effects = each[0].effects
-            return each[0].cost - (0.0 if effects in self.fits else self.unsure.get(effects, 0.0)), sorted(effects)
+            unsure = 0.0 if effects in self.fits else self.unsure.get(effects, 0.0)
+            return self.likely(each) - unsure, sorted(effects)
 
         return sorted(waiting, key=order)
 

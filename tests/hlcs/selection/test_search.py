@@ -66,15 +66,19 @@ def test_a_law_that_holds_another_pays_the_odds_twice():
     assert search.compatible({"quadratic_drag", "magnus"}) and not search.compatible({"quadratic_drag", "drag_crisis"})
 
 
-def test_what_is_foreseen_counts_by_the_share_that_fits_of_the_same_expansion_found(generator):
+def test_what_is_foreseen_counts_by_the_share_that_fits_with_the_same_effect_found(generator):
     """A fall of 40 is foreseen to cost 10 less than the base. Where fits found half and none of such falls, beside all of it
-    before any fit, a half counts and it costs 10 more; after one that found nothing as well, however much that promised."""
+    before any fit, a half counts and it costs 10 more; after one that found nothing as well, however much that promised. What
+    was found of other effects, such as a wind whose columns are rough, says nothing of it."""
     search = searched(0.0, noise=0.1, generator=generator)
     proposal = Proposal(search.cost(frozenset()) - 10, frozenset({"another"}), {}, 40.0)
     assert search.promising(proposal, search.base, search.cost(frozenset()), False, search.costs_of_parts(frozenset()))
     for found, share in (([(10.0, 20.0), (0.0, 20.0)], 0.5), ([(0.0, 1e6)], 0.5), ([(20.0, 20.0)] + [(4.0, 20.0)] * 3, 0.2)):
-        search.found[id(search.base)] = found
-        assert search.share_found(search.base) == pytest.approx(share)
+        for name, counts in (("wind", False), ("another", True)):
+            search.found[id(search.base)] = [(frozenset({name}), *falls) for falls in found]
+            assert search.share_found(search.base, {"another"}) == pytest.approx(share if counts else 1.0)
+            assert search.share_found(search.base) == pytest.approx(share)
+        assert search.likely((proposal, search.base)) == pytest.approx(proposal.cost + (1 - share) * 40.0)
         assert not search.promising(proposal, search.base, search.cost(frozenset()), False, search.costs_of_parts(frozenset()))
 
 
