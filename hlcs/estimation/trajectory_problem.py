@@ -91,19 +91,27 @@ class TrajectoryProblem(Problem):
         if not self.summed and self.leaps:
             begun = self._with(summed=True, step_change=None).fit(model, initial_states)
             model, initial_states = begun.model, begun.initial_states
-        elif initial_states is not None and free_numbers(model) and self.gone_round(raw := self.residuals(model, initial_states)):
-            begun = Problem.fit(self.beginning(), model, self.initial_guess())
-            chi2 = [chi2_of(self.whitened(each)).sum() for each in (raw, self.residuals(begun.model, begun.initial_states))]
-            if chi2[1] < chi2[0]:
-                model, initial_states = begun.model, begun.initial_states
+        elif initial_states is not None and self.may_go_round and free_numbers(model):
+            model, initial_states = self.begun(model, initial_states)
         return super().fit(model, initial_states, limit)
 
-    def gone_round(self, raw):
-        """Do residuals hold more than half a turn, through contacts and of whole recordings?"""
-        if not self.simulator.contact or self.segmented:
-            return False
+    @property
+    def may_go_round(self):
+        """Can turns be missed by more than half a turn, so that minima are many: measured ones, through contacts, and of whole
+        recordings?"""
+        turns = any(have_unit(recording.channel, "rad").any() for recording in self.recordings)
+        return turns and self.simulator.contact and not self.segmented
+
+    def begun(self, model, initial_states):
+        """(Model, initial states) to begin a fit from: these, or where turns have gone round those of a fit of the first samples,
+        where it is nearer to all."""
+        raw = self.residuals(model, initial_states)
         turns = [part[have_unit(recording.channel, "rad")] for part, recording in zip(raw, self.recordings, strict=True)]
-        return any(np.abs(part).max(initial=0.0) > np.pi for part in turns)
+        if not any(np.abs(part).max(initial=0.0) > np.pi for part in turns):
+            return model, initial_states
+        fit = Problem.fit(self.beginning(), model, self.initial_guess())
+        chi2 = [chi2_of(self.whitened(each)).sum() for each in (raw, self.residuals(fit.model, fit.initial_states))]
+        return (fit.model, fit.initial_states) if chi2[1] < chi2[0] else (model, initial_states)
 
     def beginning(self):
         """The same problem with the samples of the first quarter of each recording."""

@@ -153,15 +153,15 @@ class FittedSets:
             larger = min(holding, key=lambda known: (len(known), sorted(known)), default=effects)
             fit = search.fits[larger]
             shared = {name: numbers for name, numbers in fit.model.numbers.items() if name in effects}
-            tried = [found, self.alone(search.problem, self.begun(shared, fit))]
+            tried = [found, self.alone(search.problem, self.fitted_from(shared, fit))]
             explained = search.noise_alone(fit) and not search.noise_alone(tried[-1])
             if explained and bare and bare.foresees(effects):
                 numbers = bare.proposal(effects).numbers
-                tried.append(self.alone(search.problem, self.begun(numbers, search.fits[frozenset()])))
+                tried.append(self.alone(search.problem, self.fitted_from(numbers, search.fits[frozenset()])))
             reduced[effects] = min(filter(None, tried), key=lambda fit: fit.tempered(self.overdispersion))
         return reduced[effects]
 
-    def begun(self, numbers, parent):
+    def fitted_from(self, numbers, parent):
         """The Fit of a set from these numbers, or from nearer to the model under test where that fits better; parent: a Fit with
         the initial states that belong to them."""
         search, base = self.search, self.search.fits[frozenset()]
