@@ -129,6 +129,22 @@ def test_a_twin_of_what_explains_the_data_is_fitted_when_the_time_is_over_as_wel
     assert not twins or search.budget.notes() == ()  # nothing waits any more
 
 
+@pytest.mark.parametrize(("dearer", "fitted"), [(0.0, True), (1e6, False)])
+def test_past_its_limit_a_search_fits_no_twin_that_is_foreseen_far_off(generator, monkeypatch, dearer, fitted):
+    """Through contacts a twin is of interest whatever is foreseen of it, as long as there is time."""
+    found = sets(0.0, generator).search
+    best = found.ranked()[0]
+    twin = frozenset(LAWS) - best
+    search = Search(found.problem, LAWS.values(), found.base, first=[(found.fits[best].model.numbers, None)])
+    monkeypatch.setattr(found.problem.simulator, "contact", True)
+    search.budget.spent, search.budget.affordable = lambda affordable: True, lambda numbers, most: list(range(len(numbers)))
+    waiting = search.open_proposals
+    monkeypatch.setattr(
+        search, "open_proposals", lambda: [(each._replace(cost=each.cost + dearer), fit) for each, fit in waiting()]
+    )
+    assert (twin in search.run().fits) == fitted
+
+
 def test_a_fit_begins_no_farther_off_than_the_misfit_allows():
     """Slope 3: at 11 the misfit is seven times that at 0, at half of it less than there."""
     search = searched(3.0)
