@@ -11,7 +11,7 @@ from numba import config as numba_config
 from hlcs import mystery
 from hlcs.mystery import making
 
-from .generator import deck
+from .generator import deck, tumble
 
 compiled = pytest.mark.skipif(bool(numba_config.DISABLE_JIT), reason="millions of steps: only with compiled kernels")
 AIR, SEEN = 1.2, 0.1  # kg/m3 where the file states nothing; sigmas
@@ -87,3 +87,14 @@ def test_no_scene_of_a_new_mystery_contradicts_its_file(effect):
     """One effect of each scene; with nothing hidden everything that a fluid does must stand in the model."""
     files = making.made(effect, 0, 5)
     assert not contradictions(files, [], making.USUAL)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.3])
+def test_a_foreign_cube_shows_the_friction_and_the_restitution_that_were_typed(restitution):
+    """One throw along an axis: slips and blows of the engine itself, weighted by momentum. 1 %: what a step of it leaves."""
+    pytest.importorskip("pybullet")
+    start = tumble.thrown(np.random.default_rng(5), 0, 0.08)
+    _, _, _, slips, hits = tumble.toss(start, 0.8, 0.08, 0.3, restitution, 0.9)
+    assert hits
+    assert tumble.median(slips)[0] == pytest.approx(0.3, rel=0.01)
+    assert tumble.median(hits)[0] == pytest.approx(restitution, abs=0.003)
