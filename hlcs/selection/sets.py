@@ -13,14 +13,19 @@ class FittedSets:
     """What a finished search is worth on held-out data, and beside one another."""
 
     def __init__(
-        self, search, cross_validation, overdispersion=1.0, alone=lambda problem, fit: fit, shown=frozenset(), bare=False
+        self,
+        search,
+        cross_validation,
+        overdispersion=1.0,
+        alone=lambda problem, fit: fit,
+        shown=frozenset(),
+        possible=lambda effects: True,
     ):
         """overdispersion: how many residuals count as one where no set is adequate; a wrong model concentrates falsely; alone:
         function (problem, fit) -> the fit of a set as it would be, had nothing but this set been looked at; shown: sets that are
-        adequate where none is that held-out data prove; bare: what the file states beside the model is at fault, no effect
-        stands."""
+        adequate where none is that held-out data prove; possible: function set -> may it stand."""
         self.search, self.cross_validation, self.overdispersion, self.alone = search, cross_validation, overdispersion, alone
-        self.shown, self.bare = shown, bare
+        self.shown, self.possible = shown, possible
         self.judged = {}  # (set, effect) -> HeldOut
 
     def tempered(self):
@@ -90,8 +95,8 @@ class FittedSets:
     def stands(self, effects):
         """Does every effect of a set lower the held-out error beside the others, and more than absorb where nothing explains the
         data? What the file implies needs no proof on held-out data, and absorbs or not where it stands alone."""
-        if self.bare:
-            return not effects
+        if not self.possible(effects):
+            return False
         doubtful = sorted(effects - self.search.implied_beside(effects))
         finite = np.isfinite(self.search.fits[effects].chi2)
         proved = finite and not any(self.broken(effects, name) for name in doubtful)
@@ -191,7 +196,8 @@ class FittedSets:
         reach = self.cost(best) + TIED
 
         def proved(effects):
-            return self.overdispersion <= 1 and 0 < len(effects) <= len(best) or self.stands(effects)
+            alike = self.overdispersion <= 1 and 0 < len(effects) <= len(best)
+            return self.possible(effects) if alike else self.stands(effects)
 
         near = [effects for effects in self.ranked if self.cost(effects) <= reach and proved(effects)]
         return [best] + [

@@ -138,7 +138,7 @@ def starts_first(fitted, finished, sets, starts_shown):
     """
     bare, best = finished(frozenset()), finished(sets.best)
     if starts := starts_shown and starts_shown(*bare[:2]):
-        return fitted(bare[2].overdispersion, bare=True), bare, starts
+        return fitted(bare[2].overdispersion, possible=lambda effects: not effects), bare, starts
     return sets, best, starts_shown and sets.best and starts_shown(*best[:2]) or None
 
 
@@ -157,12 +157,36 @@ def best_set(fitted, finished):
         sets = fitted(1.0)
         told = finished(sets.best)
     if told[2].adequate:
-        return sets, told
+        return seen(sets, fitted, finished)
     if shown := adequate_ones(sets, finished):
         sets = fitted(1.0, shown=shown)
         return sets, finished(sets.best)
     sets = fitted(max(told[2].overdispersion, 1.0)).tempered()
     return sets, finished(sets.best)
+
+
+def seen(sets, fitted, finished):
+    """What `best_set` gives of adequate sets: of the best of them whose effects are all seen in their own numbers.
+
+    What segments tell against each other is in the errors of their numbers, not in the costs of sets. So an effect does not stand
+    of which the final numbers are withheld, or as they are where it is absent, if the set is adequate without it too.
+    """
+    unseen = set()
+    while True:
+        told = finished(sets.best)
+        rests = [sets.without(sets.best, name) for name in sorted(sets.best) if not _seen(sets, told[1], name)]
+        if not any(rest in sets.search.fits and finished(rest)[2].adequate for rest in rests):
+            return sets, told
+        unseen.add(sets.best)
+        sets = fitted(1.0, possible=lambda effects: effects not in unseen)
+
+
+def _seen(sets, final, name):
+    """Does a number of an effect in a final fit lie elsewhere than where the effect is absent, or has it no such place?"""
+    places = [free for effect, free, _ in final.numbers if effect == name and free.null is not None]
+    known = [free for free in places if (name, free.name) not in final.withheld]
+    told = [interval([(1.0, *_number(final, name, free.name, 1.0))], free, final.freedom) for free in known]
+    return not places or any(not number["low"] <= free.null <= number["high"] for free, number in zip(known, told, strict=True))
 
 
 def adequate_ones(sets, finished):

@@ -83,6 +83,36 @@ def test_what_leaves_nothing_but_noise_stands_where_the_data_contradict_all_that
     assert sets.best == (law if adequate else frozenset()) and told[1] is search.fits[sets.best]
 
 
+@pytest.mark.parametrize(
+    ("final", "without", "seen"),
+    [
+        ({}, True, True),
+        ({"covariance": np.array([[100.0]])}, True, False),  # 3 +- 10
+        ({"covariance": np.array([[100.0]])}, False, True),
+        ({"withheld": {("linear_drag", "rate"): "only one segment tells it"}}, True, False),
+    ],
+)
+def test_an_effect_whose_final_number_does_not_show_it_does_not_stand_beside_an_adequate_set_without_it(
+    generator, final, without, seen
+):
+    """A rise of 3 a second that 100 readings show to 0.01: the disagreement of segments may tell less than their costs do."""
+    times = [np.linspace(0.0, 2.0, 25) for _ in range(4)]
+    values = [3.0 * t + 0.05 * generator.standard_normal(25) for t in times]
+    search = Search(problem := Bend(times, values, 0.05, ["a", "b", "a", "b"]), [LAWS["linear_drag"]], problem.fit(Model())).run()
+    fitted, law = partial(FittedSets, search, CrossValidation(problem.trials, "group")), frozenset({"linear_drag"})
+
+    def finished(effects):
+        return (
+            problem,
+            replace(search.fits[effects], **final if effects else {}),
+            SimpleNamespace(adequate=effects == law or without),
+        )
+
+    sets, told = best_set(fitted, finished)
+    assert sets.best == (law if seen else frozenset()) and told[2].adequate
+    assert sets.tied == [sets.best] and sets.weights[sets.best] == pytest.approx(1)
+
+
 def test_what_is_adequate_is_looked_for_from_the_cheapest_set_on(generator):
     """Where the cheapest set is not adequate no other is judged; where it is, those that do as well are too."""
     alike, judged = sets(0.0, generator), []
