@@ -14,13 +14,14 @@ def due(search, looked, best, promised):
 
 
 def renewed(search, begun):
-    """The Search that begun(first=sets to be fitted first) begins on the changed data of a former one: with what did best there.
+    """The Search that begun(first=sets to be fitted first) begins on the changed data of a former one: with what did best there,
+    and with what is simpler than that.
 
     Through contacts, where the model under test costs a good part of the limit to look at, what was foreseen from it is taken
     over: single samples and the step of time change little of that. Where it leaves less now, so does what was foreseen; where it
     leaves more, these are samples that stood alone beside it, and no others need miss them.
     """
-    after = begun(first=tied(search))
+    after = begun(first=[(search.fits[effects].model.numbers, search.fits[effects].initial_states) for effects in kept(search)])
     bare = frozenset()
     if not (search.problem.simulator.contact and bare in search.models):
         return after
@@ -33,9 +34,16 @@ def renewed(search, begun):
     return after
 
 
-def tied(search):
-    """Numbers and initial states of the sets that do as well as the best one, as `Search.first` has them; not those of the model
-    under test."""
+def affordable(search):
+    """Does what is left of the limit of a search of segments allow for a new one of what is kept, and of the model under test?"""
+    numbers = [1, *map(search.count, kept(search))]
+    return not search.budget.left_out and len(search.budget.affordable(numbers, len(numbers))) == len(numbers)
+
+
+def kept(search):
+    """The sets that do as well as the best one, and those that were fitted of what is simpler: where held-out data do not prove
+    a law, its special case may stand. Not the model under test, which is always fitted."""
     sets = search.ranked()
     near = [effects for effects in sets if effects and search.cost(effects) < search.cost(sets[0]) + TIED]
-    return [(search.fits[effects].model.numbers, search.fits[effects].initial_states) for effects in near]
+    simpler = {few for effects in near for few in search.parts(effects)}
+    return near + [effects for effects in sets if effects and effects in simpler and effects not in near]

@@ -249,12 +249,16 @@ class Search:
         return any(proposal.fall < there.proposal(part).fall + EQUAL for part in known)
 
     def simpler(self, effects):
-        """Sets that are not fitted: without one of the doubtful effects, or with a special case in the place of its law."""
+        """Its `parts` that are not fitted."""
+        return [few for few in self.parts(effects) if self.compatible(few) and few not in self.fits and few not in self.closed]
+
+    def parts(self, effects):
+        """Sets without one of the doubtful effects of a set, or with a special case in the place of its law."""
         sets = []
         for name in sorted(effects - self.implied):
             held = [other for other in self.candidates if self.candidates[name].holds(self.candidates[other])]
             sets += [effects - {name}, *(effects - {name} | {other} for other in held)]
-        return [few for few in sets if self.compatible(few) and few not in self.fits and few not in self.closed]
+        return sets
 
     def costs_of_parts(self, best):
         """{fitted set: what a set that holds it must stay below}. Where the best one has proved that something is missing, what

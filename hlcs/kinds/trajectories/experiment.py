@@ -34,7 +34,7 @@ from hlcs.records import Reason
 from hlcs.rendering import Pictures
 from hlcs.selection.eligibility import candidates_for, fastest
 from hlcs.selection.planning import Pilot
-from hlcs.selection.renewal import due, renewed
+from hlcs.selection.renewal import affordable, due, renewed
 from hlcs.selection.search import Search
 from hlcs.selection.thresholds import ODDS, ODDS_ALONE
 from hlcs.selection.verdict import select
@@ -178,7 +178,7 @@ class Trajectories:
                 return not few_fits and len(looked) <= LOOKS and due(search, looked, best, promised)
 
             while (best := search.run(pause).ranked()[0]) not in looked and len(looked) <= 2 * LOOKS:
-                if search.budget.stopped or few_fits and search.budget.left_out:
+                if search.budget.stopped or few_fits and not affordable(search):
                     break
                 looked.append(best)
                 if other := beside(prepared, search.fits[best]):

@@ -11,11 +11,12 @@ from linear_models import LAWS, RATE, Bend, Line, sets
 from hlcs.data.experiment_file import Body, Surroundings
 from hlcs.data.rigid_body import rigid_body
 from hlcs.effects import candidate
+from hlcs.estimation.budget import Budget
 from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.estimation.fitting import fit_at
 from hlcs.selection.prediction import Proposal
 from hlcs.selection.preview import HERE, misfit
-from hlcs.selection.renewal import due, renewed
+from hlcs.selection.renewal import affordable, due, kept, renewed
 from hlcs.selection.search import Search
 from hlcs.selection.sets import FittedSets
 from hlcs.selection.thresholds import ODDS, REACH, TIED
@@ -382,6 +383,27 @@ def test_a_search_that_begins_anew_through_contacts_keeps_what_was_foreseen_from
         proposal, parent = after.foreseen[law]
         assert parent is base and proposal.cost == pytest.approx(search.foreseen[law][0].cost + base.chi2 - search.base.chi2)
     assert after.run().fits[law].estimate[0] == pytest.approx(2.9, rel=1e-3)
+
+
+@pytest.mark.parametrize(("share", "left_out", "can"), [(0.3, 0, True), (0.5, 0, False), (0.3, 1, False)])
+def test_a_search_of_segments_begins_anew_with_what_is_simpler_too_and_where_it_can_be_fitted(share, left_out, can):
+    """A friction along a direction, 20 below the plain one that it holds: both are kept, what costs more is not. Three numbers
+    were fitted, 0.15 of the limit each: once more, and the model under test, they take 0.6."""
+    plain, directed, other = (frozenset({name}) for name in ("plain", "directed", "other"))
+    law = SimpleNamespace(holds=lambda entry: False)
+    laws = {"plain": law, "other": SimpleNamespace(holds=law.holds)}
+    laws["directed"] = SimpleNamespace(holds=lambda entry: entry is law)
+    costs = {frozenset(): 5000.0, plain: 4900.0, directed: 4880.0, other: 4950.0}
+    budget = Budget(SimpleNamespace(simulator=SimpleNamespace(contact=True, body_steps=0.0), segmented=True))
+    budget.left_out = left_out
+    budget.simulator.body_steps = 0.45 * budget.limit
+    budget.fitted(3, 0.0)
+    budget.simulator.body_steps = share * budget.limit
+    search = SimpleNamespace(fits=costs, cost=costs.get, ranked=lambda: sorted(costs, key=costs.get), candidates=laws)
+    search.implied, search.budget, search.count = frozenset(), budget, lambda effects: 2 if effects == directed else 1
+    search.parts = partial(Search.parts, search)
+    assert kept(search) == [directed, plain]
+    assert affordable(search) == can
 
 
 @pytest.mark.parametrize(
