@@ -5,7 +5,7 @@ import numpy as np
 from . import motion
 from .case import Setup, Trial
 from .dials import Dial, camera_drift, camera_shake, groups, growing_lift, gust, magnet, one, own_moments, swirl, tilt
-from .fluid import AIR, AIR_VISCOSITY, around
+from .fluid import AIR, AIR_VISCOSITY, SPHERES_MASS, around
 from .fluid import rivals as missing
 
 STYLES = ("drops", "throws")
@@ -33,7 +33,7 @@ HIDDEN = {
     "time_scale": one("time_scale", "factor", 3e-4, 0.04, STYLES, null=1.0, sign=0),
     "clock_offset": one("clock_offset", "offset", 2e-4, 0.1, ("drops",), sign=0),
     "buoyancy": one("buoyancy", "fluid_density", AIR, AIR, STYLES),
-    "added_mass": one("added_mass", "coefficient", 0.02, 1.4, STYLES),
+    "added_mass": one("added_mass", "coefficient", 0.02, SPHERES_MASS, STYLES),
     "bottom_slope": Dial(lambda rng: _slope(rng), 3e-4, 0.09, STYLES),
 }
 OUTSIDE = {

@@ -6,7 +6,7 @@ import numpy as np
 from . import motion
 from .case import Setup, Trial
 from .dials import camera_drift, camera_shake, crisis, groups, growing_lift, gust, magnet, one, own_moments, plane, swirl, tilt
-from .fluid import AIR, AIR_VISCOSITY, around
+from .fluid import AIR, AIR_VISCOSITY, SPHERES_MASS, around
 from .fluid import rivals as missing
 
 STYLES = ("throws", "drops", "spinning")
@@ -14,7 +14,7 @@ HIDDEN = {
     "linear_drag": one("linear_drag", "rate", 0.003, 1.5, ("throws", "drops"), form="form"),
     "quadratic_drag": one("quadratic_drag", "drag_coefficient", 0.02, 1.4, ("throws", "drops"), form="form"),
     "buoyancy": one("buoyancy", "fluid_density", AIR, AIR, STYLES),
-    "added_mass": one("added_mass", "coefficient", 0.05, 1.4, STYLES),
+    "added_mass": one("added_mass", "coefficient", 0.05, SPHERES_MASS, STYLES),
     "length_scale": one("length_scale", "factor", 5e-4, 0.04, STYLES, null=1.0, sign=0),
     "time_scale": one("time_scale", "factor", 3e-4, 0.03, STYLES, null=1.0, sign=0),
     "tilted_gravity": tilt("tilted_gravity", STYLES),

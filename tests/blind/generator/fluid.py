@@ -10,6 +10,7 @@ AIR, AIR_VISCOSITY = 1.2, 1.8e-5  # [kg/m3], [Pa s]
 STATES = {"stated": 0.45, "left out": 0.35, "vacuum": 0.2}  # shares of the cases
 DRAG = ("linear_drag", "quadratic_drag", "drag_crisis")  # forms of one law: one of them acts, not two
 OF_FLUID = (*DRAG, "buoyancy", "added_mass", "uniform_flow", "magnus", "spin_decay", "mass_offset", "history_force")
+SPHERES_MASS = 0.6  # most that a fluid adds to a sphere: 0.5 of its own far from walls (Lamb), a fifth more beside them
 COEFFICIENTS = {"sphere": (0.47, 0.5), "box": (1.05, 0.68)}  # drag (Hoerner), added mass (Lamb; DNV-RP-C205)
 
 

@@ -6,13 +6,14 @@ import numpy as np
 from . import motion
 from .case import Setup, Trial
 from .dials import camera_drift, camera_shake, groups, growing_lift, gust, magnet, one, own_moments, plane, swirl, tilt
+from .fluid import SPHERES_MASS
 
 WATER = 998.0  # fresh water at 20 degrees Celsius [kg/m3]
 STYLES = ("released", "pushed", "spinning", "both")
 HIDDEN = {
     "linear_drag": one("linear_drag", "rate", 0.003, 2.0, ("released", "pushed"), form="form"),
     "quadratic_drag": one("quadratic_drag", "drag_coefficient", 0.01, 1.2, ("both",), form="form"),
-    "added_mass": one("added_mass", "coefficient", 0.01, 0.8, ("both",)),
+    "added_mass": one("added_mass", "coefficient", 0.01, SPHERES_MASS, ("both",)),
     "buoyancy": one("buoyancy", "fluid_density", WATER, WATER, ("heavy",)),
     "uniform_flow": plane("uniform_flow", ("velocity_x", "velocity_y"), 0.003, 1.0, ("released", "pushed")),
     "tilted_gravity": tilt("tilted_gravity", STYLES),
