@@ -31,23 +31,24 @@ class Segment(NamedTuple):
     trial: object  # a Trial
     start_time: float  # [s]
     seated: bool  # does it start on its floor?
+    halvings: int  # of the time step
 
     def halved(self, noise):
         """The two Segments of its halves."""
         first, second = halves(self.trial)
-        return [Segment(first, self.start_time, self.seated), Segment(second, second.times[0], _seated(second, noise))]
+        later = Segment(second, second.times[0], _seated(second, noise), self.halvings)
+        return [self._replace(trial=first), later]
 
 
 def segments_of(problem):
     """The recordings of a problem, list of Segment."""
-    simulator = problem.simulator
-    return [Segment(*each) for each in zip(problem.trials, simulator.start_time, simulator.seated, strict=True)]
+    return [Segment(*each) for each in zip(problem.trials, *problem.simulator.of_trials, strict=True)]
 
 
 def _problem(problem, model, segments):
     """A TrajectoryProblem of segments with the noise of another."""
-    trials, times, seated = (list(column) for column in zip(*segments, strict=True))
-    return TrajectoryProblem(trials, problem.noise, problem.simulator.for_trials(model, trials, times, seated))
+    trials, *others = (list(column) for column in zip(*segments, strict=True))
+    return TrajectoryProblem(trials, problem.noise, problem.simulator.for_trials(model, trials, *others))
 
 
 def split_into_segments(problem, model):

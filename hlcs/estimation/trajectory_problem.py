@@ -267,7 +267,7 @@ class TrajectoryProblem(Problem):
     def _changed(self, model, like, trials):
         """A Simulator of trials that are made like one of these."""
         old, count = self.simulator, len(trials)
-        return old.for_trials(model, trials, np.repeat(old.start_time[like], count), np.repeat(old.seated[like], count))
+        return old.for_trials(model, trials, *(np.repeat(each[like], count) for each in old.of_trials))
 
     @staticmethod
     def _unread(trial):

@@ -21,7 +21,7 @@ def lasting(problem, base, factor):
         return None
     empty = [with_samples(trial, int(factor * len(trial.times))) for trial in problem.trials]
     known = problem.simulator
-    longer = known.for_trials(base.model, empty, known.start_time, known.seated)
+    longer = known.for_trials(base.model, empty, *known.of_trials)
     runs = longer.simulate(base.model, base.initial_states, np.arange(len(empty)))
     trials = []
     for trial, (position, orientation, force) in zip(empty, runs, strict=True):
@@ -32,7 +32,7 @@ def lasting(problem, base, factor):
         read = trial.accelerations and trial.accelerations._replace(values=force + 0 * trial.accelerations.values)
         seen = {"position": position + 0 * trial.position, "orientation": orientation + 0 * trial.orientation}
         trials.append(replace(trial, **seen, accelerations=read))
-    return TrajectoryProblem(trials, problem.noise, known.for_trials(base.model, trials, known.start_time, known.seated))
+    return TrajectoryProblem(trials, problem.noise, known.for_trials(base.model, trials, *known.of_trials))
 
 
 def length_of(problem):

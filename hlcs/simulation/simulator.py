@@ -70,11 +70,18 @@ class Simulator:
         self.duration_class = np.zeros(len(durations), int)  # of one class share a World, where all go on as long as the longest
         if any(trial.recording for trial in self.trials):
             self.duration_class = np.ceil(np.log2(durations / durations.min()) - 1e-9).astype(int)
+        self.halvings = np.zeros(len(durations), int)  # of the step, of trials with contacts that need shorter ones
         self.body_steps = 0  # bodies times steps simulated, what a step costs by itself counted as bodies
 
-    def for_trials(self, model, trials, start_time, seated):
+    @property
+    def of_trials(self):
+        """What belongs to each trial: its start time [s], whether it is seated, and the halvings of its step."""
+        return self.start_time, self.seated, self.halvings
+
+    def for_trials(self, model, trials, start_time, seated, halvings):
         """A Simulator of other trials of the same scene, in the same steps: heights lie in the range that they have here."""
         other = Simulator(model, trials, start_time, self.contact, self.time_step, seated)
+        other.halvings[:] = halvings
         other.height_range = self.height_range
         return other
 
@@ -96,8 +103,8 @@ class Simulator:
         answers = [[None] * len(request[1]) for request in requests]
         compatible = {}  # (time step, what else must be equal) -> [(index of the request, its runs)]
         for index, request in enumerate(requests):
-            for key, runs in self._in_a_world(request) if self.contact else self._in_a_flight(index, request):
-                compatible.setdefault((request[3], key), []).append((index, runs))
+            for step, key, runs in self._in_a_world(request) if self.contact else self._in_a_flight(index, request):
+                compatible.setdefault((step, key), []).append((index, runs))
         for (time_step, _), members in compatible.items():
             size = np.cumsum([0] + [len(runs) for _, runs in members])[:-1]
             if self.contact:
@@ -126,13 +133,14 @@ class Simulator:
             return self._batch_or_errors(requests[:half]) + self._batch_or_errors(requests[half:])
 
     def _in_a_world(self, request):
-        """[(duration class, runs)] of a request with contacts."""
-        its = self.duration_class[request[2]]
-        return [(key, np.flatnonzero(its == key)) for key in np.unique(its)]
+        """[(time step, duration class, runs)] of a request with contacts."""
+        owner, step = request[2], request[3] or self.time_step
+        its = np.column_stack([self.halvings[owner], self.duration_class[owner]])
+        return [(step / 2.0 ** key[0], key[1], np.flatnonzero((its == key).all(axis=1))) for key in np.unique(its, axis=0)]
 
     def _in_a_flight(self, index, request):
-        """[(what runs that fly together have in common, runs)]: the same surroundings, save that floors may differ where no
-        effect reads them. Where the first steps are short the model flies alone: its steps are not to depend on others."""
+        """[(time step, what runs that fly together have in common, runs)]: the same surroundings, save that floors may differ
+        where no effect reads them. A model whose first steps are short flies alone: its steps are not to depend on others."""
         model, _, owner, time_step = request
         floors_matter = bool({"wall_drag", "ground_cushion"} & set(model.names))
         shared = {}
@@ -143,7 +151,7 @@ class Simulator:
         steps, found = np.ceil(self.durations / self.time_step).astype(int) + 1, []
         for key, members in shared.items():
             own = index if self._decays_at_once(model, owner[members], time_step or self.time_step) else None
-            found += [((key, own), np.array(part)) for part in partition(members, steps[owner], MOST_FLOWN)]
+            found += [(time_step, (key, own), np.array(part)) for part in partition(members, steps[owner], MOST_FLOWN)]
         return found
 
     def _decays_at_once(self, model, owner, step):

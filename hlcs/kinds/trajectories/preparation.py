@@ -16,7 +16,7 @@ from hlcs.estimation.segments import SPLITS, segment_notes, split_further, split
 from hlcs.estimation.trajectory_problem import TrajectoryProblem
 from hlcs.kinds.protocol import Prepared
 from hlcs.kinds.trajectories.release import release_notes
-from hlcs.kinds.trajectories.time_step import STILL, corrected, in_sigma, refine
+from hlcs.kinds.trajectories.time_step import STILL, corrected, each_in_its_steps, in_sigma, refine
 from hlcs.simulation.contact_motion import gap
 from hlcs.simulation.initial_state import UNSEEN
 from hlcs.simulation.model import Model
@@ -225,7 +225,7 @@ def fitted(problem, model, likely=()):
         problem, notes = split_into_segments(problem, model)
     base = problem.fit(model)
     if problem.segmented:
-        base = refit_initial_states(problem, base)
+        base = each_in_its_steps(problem, refit_initial_states(problem, base))
         models = [replace(model, terms=(*model.terms, *terms)) for terms in likely]
         for _ in range(SPLITS):
             before, (problem, base) = problem, split_further(problem, base, models)

@@ -61,7 +61,7 @@ def on_all_rows(measurement):
         simulator, first = problem.simulator, problem not in whole
         if first:
             trials = [_filled(trial, measurement.trials) for trial in problem.trials]
-            of_all = simulator.for_trials(fit.model, trials, simulator.start_time, simulator.seated)
+            of_all = simulator.for_trials(fit.model, trials, *simulator.of_trials)
             whole[problem] = TrajectoryProblem(trials, problem.noise, of_all)
         full = whole[problem]
         full.overdispersion = problem.overdispersion

@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from hlcs.estimation.fitting import measured_errors
+from hlcs.estimation.multiple_shooting import ROUNDS, improve_for, refit_initial_states
 from hlcs.estimation.segment_profiles import profiled
 from hlcs.kinds.trajectories.observations import recording_scale
 from hlcs.simulation.simulator import Motion
@@ -87,6 +88,21 @@ def _first_order(problem, half):
     """What the error of the step still is in the predictions where halving it changes them by so much, lists of (n_i,)."""
     known = problem.step_change or [0.0 * part for part in half]
     return [2 * part - taken for part, taken in zip(half, known, strict=True)]
+
+
+def each_in_its_steps(problem, fit):
+    """A fit of segments, each in the step that it needs: halved until what halving it once more shows is left of its error, twice
+    what that moves, leads it no other way."""
+    simulator, states, asked = problem.simulator, fit.initial_states.copy(), np.arange(len(problem.trials))
+    while len(asked):
+        coarse, fine = (simulator.simulate(fit.model, states[asked], asked, simulator.time_step * share) for share in (1, 0.5))
+        changes = [problem.residual(k, a) - problem.residual(k, b) for k, a, b in zip(asked, coarse, fine, strict=True)]
+        left = [2 * in_sigma([change], [problem.recordings[k]]) for k, change in zip(asked, changes, strict=True)]
+        shorter = simulator.time_step / 2.0 ** (simulator.halvings[asked] + 1) >= FINEST
+        asked = asked[shorter & (np.array(left) > NEAR)]
+        simulator.halvings[asked] += 1
+        improve_for(ROUNDS, problem, fit.model, states, dict.fromkeys(asked, slice(None)))
+    return refit_initial_states(problem, problem.fit(fit.model, states)) if simulator.halvings.any() else fit
 
 
 def in_shorter_steps(problem, fit):

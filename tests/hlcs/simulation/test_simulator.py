@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from experiments import measured
 from throws import write_throws
+from tosses import write_tosses
 
 from hlcs.kinds.trajectories.preparation import prepare
 from hlcs.selection.eligibility import candidates_for
@@ -68,3 +69,16 @@ def test_a_clock_that_is_late_shows_what_came_after_the_recording_was_to_end(tmp
         expected = state[:3] + state[3:6] * t + [0.0, 0.0, -9.81 / 2] * t**2
         within = t[:, 0] >= 0  # before its start a body is not simulated
         np.testing.assert_allclose(motion.position[within], expected[within], atol=1e-9)
+
+
+def test_a_trial_in_steps_of_its_own_moves_as_it_does_in_these_alone(tmp_path):
+    trials = measured(write_tosses(tmp_path, [1.8, 1.5])).trials
+    simulator = Simulator(Model(), trials, [0.0, 0.0], True, 1 / 240)
+    states = np.array([[0, 0, 0.15, speed, 0, 0, 1, 0, 0, 0, 0, 5.0, 0] for speed in (1.8, 1.5)], dtype=float)
+    alone = [simulator.simulate(Model(), states[[k]], np.array([k]), step) for k, step in ((0, 1 / 240), (1, 1 / 960))]
+    simulator.halvings[1] = 2
+    together = simulator.simulate(Model(), states, np.arange(2))
+    assert all(np.array_equal(one.position, its.position) for one, (its,) in zip(together, alone, strict=True))
+    again = simulator.for_trials(Model(), trials, *simulator.of_trials).simulate(Model(), states, np.arange(2), 1 / 480)
+    (half,) = simulator.simulate(Model(), states[[1]], np.array([1]), 1 / 480)
+    assert np.array_equal(again[1].position, half.position) and not np.array_equal(half.position, together[1].position)

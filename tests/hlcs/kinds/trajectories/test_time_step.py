@@ -12,7 +12,7 @@ from hlcs.estimation.correlated_noise import CorrelatedNoise
 from hlcs.estimation.noise_model import Noise
 from hlcs.kinds.trajectories import time_step
 from hlcs.kinds.trajectories.preparation import posed
-from hlcs.kinds.trajectories.time_step import polished, richardson, settling, with_step_error
+from hlcs.kinds.trajectories.time_step import each_in_its_steps, polished, richardson, settling, with_step_error
 from hlcs.selection.eligibility import candidates_for
 from hlcs.simulation.model import Model, Term
 from hlcs.simulation.simulator import Motion
@@ -40,6 +40,23 @@ def test_a_recording_that_finds_no_rest_with_shorter_steps_is_not_corrected(monk
     runs = {1: [0.0, 0.0, 5.0], 1 / 2: [0.4, 0.1, 5.0], 1 / 4: [0.6, 3.1, 5.0], 1 / 8: [0.7, 3.3, 5.001]}
     kept = settling(problem, runs)
     assert [kept[share] for share in runs] == [[0.0, 0.0, 5.0], [0.4, 0.0, 5.0], [0.6, 0.0, 5.0], [0.7, 0.0, 5.001]]
+
+
+def test_each_segment_has_the_step_that_it_needs(monkeypatch):
+    """Errors of first order of 2.9, 3.1, 11.9 and 1,000 sigma in a step of 1/240 s: NEAR is 3, and no step is below 1/2,000 s."""
+    monkeypatch.setattr(time_step, "recording_scale", lambda recording: 1.0)
+    monkeypatch.setattr(time_step, "improve_for", lambda *_: None)
+    monkeypatch.setattr(time_step, "refit_initial_states", lambda problem, fit: fit)
+    errors, simulator = np.array([2.9, 3.1, 11.9, 1000.0]), SimpleNamespace(time_step=1 / 240, halvings=np.zeros(4, int))
+    simulator.simulate = lambda model, states, asked, step: errors[asked] * 240 * step / 2.0 ** simulator.halvings[asked]
+    problem = SimpleNamespace(simulator=simulator, trials=[None] * 4, recordings=[None] * 4)
+    problem.residual, problem.fit = lambda k, seen: np.array([seen]), lambda model, states: "fitted anew"
+    fit = SimpleNamespace(model=None, initial_states=np.zeros((4, 13)))
+    assert each_in_its_steps(problem, fit) == "fitted anew"
+    assert simulator.halvings.tolist() == [0, 1, 2, 3]
+    errors /= 1000.0
+    simulator.halvings[:] = 0
+    assert each_in_its_steps(problem, fit) is fit
 
 
 def slides(folder, slope, noise):
