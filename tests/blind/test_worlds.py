@@ -91,10 +91,10 @@ def test_no_scene_of_a_new_mystery_contradicts_its_file(effect):
 
 @pytest.mark.parametrize("restitution", [0.0, 0.3])
 def test_a_foreign_cube_shows_the_friction_and_the_restitution_that_were_typed(restitution):
-    """One throw: slips and blows of the engine itself, weighted by momentum. 1 %: what its steps leave."""
+    """One throw: slips and blows of the engine itself, weighted by momentum. 0.01: what pushes it out of its floor."""
     pytest.importorskip("pybullet")
     start = tumble.thrown(np.random.default_rng(5), 0.08)
     *_, slips, hits = tumble.toss(start, 0.8, 0.08, 0.3, restitution, 0.9)
     assert hits
     assert tumble.median(slips)[0] == pytest.approx(0.3, rel=0.01)
-    assert tumble.median(hits)[0] == pytest.approx(restitution, abs=0.003)
+    assert tumble.median(hits)[0] == pytest.approx(restitution, abs=0.01)
