@@ -256,6 +256,15 @@ def test_the_look_alikes_of_free_flight_are_known(generator):
 
 
 @compiled
+@pytest.mark.parametrize("axis", [(0.0, 0.0, 1.0), (0.6, -0.64, 0.48)])
+def test_a_body_that_spins_faster_is_told_by_all_its_turns(axis):
+    """A start whose spin is fitted absorbs w t only where it goes on growing beyond half a turn: 20 rad are three of them."""
+    times, still = np.linspace(0.0, 2.0, 60), np.array([1.0, 0.0, 0.0, 0.0])
+    turned = [noise.small_turn(10.0 * t * np.array(axis)) for t in times]
+    seen = noise.gone_round(noise.turn_between(np.tile(still, (60, 1)), np.array(turned)))
+    np.testing.assert_allclose(seen, 10.0 * times[:, None] * axis, atol=1e-9)
+
+
 def test_fit_returns_what_was_hidden(generator):
     """Two laws hidden in their textbook form come back to a promille from noiseless rows."""
     made = bounce.setup(generator, lambda duration: np.linspace(0, duration, 60), "drops")

@@ -76,7 +76,7 @@ ALIASES = {
 }
 
 
-ENDS = {"restitution": 1.0}  # no body rebounds faster than it came
+ENDS = {"restitution": 1.0, "added_mass": 1.5}  # no body rebounds faster than it came, none carries so much of a fluid along
 ONE_SIDED = ("stribeck_friction",)  # at rest no less than on the way
 
 

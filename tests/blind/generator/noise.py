@@ -105,6 +105,17 @@ def small_turn(vector):
     return np.concatenate([np.cos(angle / 2), 0.5 * np.sinc(angle / (2 * np.pi)) * vector], axis=-1)
 
 
+def gone_round(turns):
+    """Rotation vectors (n, 3) of one sample after the other, with the whole turns about its axis that each has made by then."""
+    turns = turns.copy()
+    for k in range(1, len(turns)):
+        size = np.linalg.norm(turns[k])
+        if size > 0:
+            short = turns[k - 1] @ turns[k] / size - size
+            turns[k] *= 1 + 2 * np.pi * np.round(short / (2 * np.pi)) / size
+    return turns
+
+
 def turn_between(a, b):
     """Rotation vector (..., 3), world frame, that turns orientation a into b."""
     change = product(b, np.asarray(a) * [1, -1, -1, -1])

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .noise import product, small_turn, turn_between
+from .noise import gone_round, product, small_turn, turn_between
 
 FINE, COARSE = 1e-4, 2e-3  # steps [s]: of what is recorded, and of the sensitivities that set coefficients
 
@@ -87,7 +87,7 @@ def difference(setup, new, old, sigma_position, sigma_orientation):
     recorded."""
     parts = [(new[0] - old[0])[:, axes_seen(setup)] / sigma_position]
     if "q" in setup.columns:
-        parts.append(turn_between(old[1], new[1]) / sigma_orientation)
+        parts.append(gone_round(turn_between(old[1], new[1])) / sigma_orientation)
     return np.concatenate(parts, axis=1)
 
 
