@@ -357,7 +357,10 @@ class Search:
             begins = effects in (frozenset(), self.implied)
             singles = [proposal for proposal in proposals if effects < proposal.effects and len(proposal.effects - effects) == 1]
             if begins and not self.problem.simulator.contact:
-                self.unsure |= self.preview.look(singles, fit)
+                looks = self.preview.look(singles, fit)
+                self.unsure |= looks
+                bent = [each for each in singles if looks[each.effects] > max(each.fall, self.reach())]
+                self.first += () if effects or self.noise_alone(fit) else tuple((each.numbers, None) for each in bent)
             elif begins:
                 explained = any(proposal.fall >= self.excess(fit) for proposal in proposals)
                 proposals += self.preview.looked(singles, fit, HERE if explained else FARTHER)

@@ -260,6 +260,22 @@ def test_a_first_set_whose_fit_did_not_come_to_its_end_is_begun_from_the_states_
     assert found.converged and found.estimate[0] == pytest.approx(3.0, rel=1e-3)
 
 
+@pytest.mark.parametrize(("rate", "first"), [(4.0, True), (0.001, False)])
+def test_a_law_of_which_one_look_shows_more_than_is_foreseen_is_fitted_first(rate, first):
+    """A path that goes with r + r^2: from no law on, its slope of 20 t at r = 4 is foreseen at r = 20, where it is 420 t. A small
+    one is foreseen as it is."""
+
+    class Curves(Line):
+        def residuals(self, model, initial_states):
+            r = model.terms[0].numbers["rate"] if model.terms else 0.0
+            return [y - (r + r**2) * t - state[0] for t, y, state in zip(self.times, self.values, initial_states, strict=True)]
+
+    problem = Curves(TIMES, [(rate + rate**2) * t for t in TIMES], 0.0001)
+    search = Search(problem, [RATE], problem.fit(Model()))
+    search.expand()
+    assert [sorted(numbers) for numbers, _ in search.first] == [["linear_drag"]] * first
+
+
 def test_a_first_set_that_cannot_be_simulated_loses_no_search():
     """What is read off the data, or stated, may be nothing that can be: the search goes on without it."""
 
