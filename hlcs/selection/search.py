@@ -165,8 +165,8 @@ class Search:
             refits += len(together)
 
     def fit_first(self):
-        """Fit the sets that nothing foresees, what the file implies beside them, until one explains the data: the one that leaves
-        least where it begins before the others, and whatever leaves as little there."""
+        """Fit the sets that nothing foresees, what the file implies beside them: in flight all of them, through contacts until one
+        explains the data, the one that leaves least where it begins before the others, and whatever leaves as little there."""
         begun = []
         for numbers, states in self.first:
             certain = [name for name in self.implied if self.compatible(frozenset(numbers) | {name})]
@@ -175,7 +175,8 @@ class Search:
             begun.append((self.preview.left_from(numbers, there), sorted(numbers), numbers, states))
         begun.sort(key=lambda each: each[:2])
         for left, names, numbers, states in begun:
-            if left < begun[0][0] + REACH or not self.noise_alone(self.fits[self.ranked()[0]]):
+            explained = self.problem.simulator.contact and self.noise_alone(self.fits[self.ranked()[0]])
+            if left < begun[0][0] + REACH or not explained:
                 self.fit_sets([(Proposal(np.inf, frozenset(names), numbers), self.base)], states)
         self.first = ()
 

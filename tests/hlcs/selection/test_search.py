@@ -260,6 +260,17 @@ def test_a_first_set_whose_fit_did_not_come_to_its_end_is_begun_from_the_states_
     assert found.converged and found.estimate[0] == pytest.approx(3.0, rel=1e-3)
 
 
+@pytest.mark.parametrize("contact", [False, True])
+def test_of_what_nothing_foresees_all_is_fitted_in_flight_and_through_contacts_until_one_explains_the_data(contact):
+    """A line, and two laws of which the one that bends it a little leaves noise alone too."""
+    problem = Bend(TIMES, [3.0 * t for t in TIMES], 0.1)
+    problem.bend, problem.simulator.contact = 0.01, contact
+    first = [({name: {"rate": rate}}, None) for name, rate in (("linear_drag", 3.0), ("spin_decay", 0.1))]
+    search = Search(problem, LAWS.values(), problem.fit(Model()), first=first)
+    search.fit_first()
+    assert len(search.fits) == 1 + (1 if contact else 2)
+
+
 @pytest.mark.parametrize(("rate", "first"), [(4.0, True), (0.001, False)])
 def test_a_law_of_which_one_look_shows_more_than_is_foreseen_is_fitted_first(rate, first):
     """A path that goes with r + r^2: from no law on, its slope of 20 t at r = 4 is foreseen at r = 20, where it is 420 t. A small
