@@ -165,8 +165,10 @@ class Search:
             refits += len(together)
 
     def fit_first(self):
-        """Fit the sets that nothing foresees, what the file implies beside them, that which leaves least where it begins first: in
-        flight all of them, through contacts until one explains the data, and whatever leaves as little there as the first."""
+        """Fit the sets that nothing foresees, what the file implies beside them, that which leaves least where it begins first.
+
+        In flight all of them, through contacts until one explains the data, and whatever leaves as little there as the first.
+        """
         begun = []
         for numbers, states in self.first:
             certain = [name for name in self.implied if self.compatible(frozenset(numbers) | {name})]
