@@ -157,7 +157,7 @@ def best_set(fitted, finished):
         sets = fitted(1.0)
         told = finished(sets.best)
     if told[2].adequate:
-        return seen(sets, fitted, finished)
+        return best_shown(sets, fitted, finished)
     if shown := adequate_ones(sets, finished):
         sets = fitted(1.0, shown=shown)
         return sets, finished(sets.best)
@@ -165,23 +165,23 @@ def best_set(fitted, finished):
     return sets, finished(sets.best)
 
 
-def seen(sets, fitted, finished):
-    """What `best_set` gives of adequate sets: of the best of them whose effects are all seen in their own numbers.
+def best_shown(sets, fitted, finished):
+    """What `best_set` gives of adequate sets: of the best of them whose effects are all shown by their own numbers.
 
     What segments tell against each other is in the errors of their numbers, not in the costs of sets. So an effect does not stand
     of which the final numbers are withheld, or as they are where it is absent, if the set is adequate without it too.
     """
-    unseen = set()
+    left_out = set()
     while True:
         told = finished(sets.best)
-        rests = [sets.without(sets.best, name) for name in sorted(sets.best) if not _seen(sets, told[1], name)]
+        rests = [sets.without(sets.best, name) for name in sorted(sets.best) if not shows(told[1], name)]
         if not any(rest in sets.search.fits and finished(rest)[2].adequate for rest in rests):
             return sets, told
-        unseen.add(sets.best)
-        sets = fitted(1.0, possible=lambda effects: effects not in unseen)
+        left_out.add(sets.best)
+        sets = fitted(1.0, possible=lambda effects: effects not in left_out)
 
 
-def _seen(sets, final, name):
+def shows(final, name):
     """Does a number of an effect in a final fit lie elsewhere than where the effect is absent, or has it no such place?"""
     places = [free for effect, free, _ in final.numbers if effect == name and free.null is not None]
     known = [free for free in places if (name, free.name) not in final.withheld]
