@@ -4,22 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from hlcs.data.accelerometers import FREE, STEADY, felt, ways_through_air
+from hlcs.data.accelerometers import STEADY
 from hlcs.data.rigid_body import known_body, rigid_body
 from hlcs.estimation.least_squares import basis, project_out
 from hlcs.estimation.noise_model import BEYOND_CHANCE
 from hlcs.estimation.whitening import whiten
-from hlcs.simulation.initial_state import gained
+from hlcs.kinds.trajectories.felt_release import LEAST, STRAY, over_gravity, samples_felt, samples_pushed, samples_until_impact
 
 FEW = 4  # recordings that are named
-STRAY = 4.0  # standard deviations of the noise that samples of a body at rest stray, at most
 LIGHT = 10.0  # densities of the fluid, below which a body falls much more slowly than freely from the first: bubbles, balloons
-LEAST = 3  # samples of a rest, and of a fall: one or two that lie aside may do so by themselves
 FALLEN = 200.0  # standard deviations of a fall that tells its beginning: a drag bends a longer one in more ways
 LEVEL = 1e-6  # slope of a floor that pulls nothing down [-]
 IN_AIR, ON_SLOPE, IN_HAND, PUSHED = "in the air", "on the slope", "in the hand", "on its floor, and is pushed,"  # and so is held
-HIT = 1.5  # of gravity: what falls reads so much at an impact alone
-SETTLED = 0.02  # of gravity by which two readings of a fall differ, at most
 LOOKS = 100  # moments at which a fall may begin, looked at first
 LEFT_OUT = "rests {} at first, as if it were still held; what was recorded before the release is left out"
 STRUCK = "strikes something, and no floor is stated; what was read from the impact on is left out"
@@ -101,10 +97,10 @@ def let_go(measurement, noise, seated):
             known = {key: value for key, value in trial.start.items() if key != "velocity"}
             trial = trial.at(slice(count, None), start=known)
         if trial.unplaced and trial.surroundings.floor_height is None:
-            if (flown := _samples_until_impact(trial, noise)) < len(trial.times):
+            if (flown := samples_until_impact(trial, noise)) < len(trial.times):
                 told[STRUCK].append(f"{trial.name} ({trial.times[flown]:.3g} s)")
                 trial = trial.at(slice(flown))
-            if np.abs(np.median(_felt(trial)) - 1) < STEADY:
+            if np.abs(np.median(over_gravity(trial)) - 1) < STEADY:
                 told[BORNE].append(trial.name)
         trials.append(trial)
     notes = [f"{_names(names)}: {text}" for text, names in told.items() if names]
@@ -141,7 +137,7 @@ def samples_held(trial, noise, lies=False):
     one leaves less, by more than chance gives. What floats, or moves before it falls, is not held.
     """
     if trial.unplaced:
-        return _samples_pushed(trial, noise) if lies else _samples_felt(trial, noise)
+        return samples_pushed(trial, noise) if lies else samples_felt(trial, noise)
     around, (heights, axis) = trial.surroundings, _heights(trial, lies)
     if noise.position is None or around.planar or heights is None or may_hover(trial.body, around) and not lies:
         return 0
@@ -170,67 +166,3 @@ def samples_held(trial, noise, lies=False):
     rest = rest[:, np.isfinite(rest).any(axis=0)]
     still = np.all(np.abs(rest - np.nanmean(rest, axis=0))[np.isfinite(rest)] < STRAY * noise.position)
     return int(there[best]) + 1 if still and left(times, [times]) - rested(best) > BEYOND_CHANCE else 0
-
-
-def _felt(trial):
-    """What the accelerometer of a Trial reads, over gravity (n,)."""
-    return felt(trial.accelerations.values, trial.surroundings.gravity)
-
-
-def _close(trial, noise, of=1):
-    """By how much readings of a Trial that are much the same differ at most, each made of so many [m/s2]."""
-    return max(SETTLED * trial.surroundings.gravity, STRAY * np.sqrt(of) * (noise.acceleration or 0.0))
-
-
-def _settled(trial, noise):
-    """Between which samples of a Trial its accelerometer reads much the same, boolean (n - 1,): not while a hand lets it go, nor
-    while it strikes something."""
-    steps = np.abs(np.diff(np.nan_to_num(trial.accelerations.values), axis=0)).max(axis=1)
-    return steps < _close(trial, noise, of=2)
-
-
-def _steady(moments, settled, otherwise=0):
-    """The first of these moments from which on LEAST steps are settled."""
-    return next((k for k in moments if settled[k : k + LEAST].all()), otherwise)
-
-
-def _samples_felt(trial, noise):
-    """How many samples an accelerometer was held or thrown for: it read gravity at first, and of all ways through the air, where
-    it reads nearly nothing, the longest began all of a sudden; 0 where it did not."""
-    reads, settled = _felt(trial), _settled(trial, noise)
-    begun, ended = ways_through_air(reads)
-    if not len(begun) or np.any(np.abs(reads[:LEAST] - 1) > STEADY):
-        return 0
-    longest = int(np.argmax(ended - begun))
-    first, last = int(begun[longest]), int(ended[longest])
-    if first < LEAST or settled[first - 1]:
-        return 0
-    return _steady(range(first + 1, last - LEAST), settled)
-
-
-def _samples_pushed(trial, noise):
-    """How many samples a body on its floor rested and was pushed for, by its accelerometer: it read at first what it reads when
-    it has stopped, and slides by itself once it is fastest; 0 where it did not."""
-    values, times = np.nan_to_num(trial.accelerations.values), trial.times - trial.times[0]
-    aside = np.abs(values - np.median(values[:LEAST], axis=0)).max(axis=1)
-    close = _close(trial, noise)
-    rest = int(np.argmax(np.append(aside > close, True)))
-    if not LEAST < rest < len(times) or np.any(aside[-LEAST:] > close):
-        return 0
-    way = gained(trial, trial.times[0])
-    speed = np.linalg.norm(way - np.outer(times, way[rest - 1] / times[rest - 1]), axis=1)  # without what it reads at rest
-    fastest = int(np.argmax(speed))
-    if speed[-1] > STEADY * speed[fastest]:
-        return 0
-    return _steady(range(fastest, len(times) - 1 - LEAST), _settled(trial, noise))
-
-
-def _samples_until_impact(trial, noise):
-    """How many samples a fall takes that is read by an accelerometer alone, up to where it begins to strike something. All of
-    them where nothing is struck."""
-    reads, count = _felt(trial), len(trial.times)
-    near = (
-        k for k in range(LEAST, count) if reads[k] > FREE and reads[k : k + LEAST].max() > HIT > 1 > reads[k - LEAST : k].max()
-    )
-    end = next(near, None)
-    return count if end is None else LEAST + _steady(range(end - LEAST, 0, -1), _settled(trial, noise), end - LEAST)

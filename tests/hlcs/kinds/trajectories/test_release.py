@@ -8,7 +8,8 @@ from hlcs.data.experiment_file import Body, Surroundings
 from hlcs.data.recordings import Trial
 from hlcs.estimation.correlated_noise import CorrelatedNoise
 from hlcs.estimation.noise_model import Noise
-from hlcs.kinds.trajectories.release import LEAST, release_notes, samples_held, time_held
+from hlcs.kinds.trajectories.felt_release import LEAST
+from hlcs.kinds.trajectories.release import release_notes, samples_held, time_held
 
 SIGMA, STEP, BALL = 0.003, 1 / 60, Body("sphere", radius=0.05, mass=2.0)
 
