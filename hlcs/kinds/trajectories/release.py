@@ -15,9 +15,17 @@ FEW = 4  # recordings that are named
 LIGHT = 10.0  # densities of the fluid, below which a body falls much more slowly than freely from the first: bubbles, balloons
 FALLEN = 200.0  # standard deviations of a fall that tells its beginning: a drag bends a longer one in more ways
 LEVEL = 1e-6  # slope of a floor that pulls nothing down [-]
-IN_AIR, ON_SLOPE, IN_HAND, PUSHED = "in the air", "on the slope", "in the hand", "on its floor, and is pushed,"  # and so is held
+PLACES = {  # of a body that is held: (is it read by an accelerometer alone, does it lie on its floor)
+    (False, False): "in the air",
+    (False, True): "on the slope",
+    (True, False): "in the hand",
+    (True, True): "on its floor, and is pushed,",
+}
 LOOKS = 100  # moments at which a fall may begin, looked at first
-LEFT_OUT = "rests {} at first, as if it were still held; what was recorded before the release is left out"
+RESTS = {
+    case: f"rests {where} at first, as if it were still held; what was recorded before the release is left out"
+    for case, where in PLACES.items()
+}
 STRUCK = "strikes something, and no floor is stated; what was read from the impact on is left out"
 BORNE = (
     "reads gravity, as a body that lies or slides, and is taken to fall, as no floor is stated; state surroundings.floor, or do "
@@ -51,7 +59,7 @@ def release_notes(trials, starts, seated, noise):
                 entries,
                 f"rests {where} for the first {{:.2g}} s, as if it were still held; leave out the samples before the release",
             )
-            for entries, where in ((held, IN_AIR), (on_slope, ON_SLOPE))
+            for entries, where in ((held, PLACES[False, False]), (on_slope, PLACES[False, True]))
         ),
     )
     return [f"{_names([name for name, _ in entries])}: {text.format(entries[0][1])}" for entries, text in told if entries]
@@ -87,24 +95,33 @@ def let_go(measurement, noise, seated):
 
     seated: does a body lie on its floor at the start (trials,).
     """
-    rests = {where: LEFT_OUT.format(where) for where in (IN_AIR, ON_SLOPE, IN_HAND, PUSHED)}
-    trials, told = [], {text: [] for text in (*rests.values(), STRUCK, BORNE)}
+    told, trials = {text: [] for text in (*RESTS.values(), STRUCK, BORNE)}, []
     for trial, lies in zip(measurement.trials, seated, strict=True):
-        fitted = not np.any(trial.start.get("velocity", 0.0)) if trial.unplaced else not trial.start
-        if fitted and (count := samples_held(trial, noise, lies)):
-            where = (PUSHED if lies else IN_HAND) if trial.unplaced else ON_SLOPE if lies else IN_AIR
-            told[rests[where]].append(f"{trial.name} ({trial.times[count - 1] - trial.times[0]:.2g} s)")
-            known = {key: value for key, value in trial.start.items() if key != "velocity"}
-            trial = trial.at(slice(count, None), start=known)
-        if trial.unplaced and trial.surroundings.floor_height is None:
-            if (flown := samples_until_impact(trial, noise)) < len(trial.times):
-                told[STRUCK].append(f"{trial.name} ({trial.times[flown]:.3g} s)")
-                trial = trial.at(slice(flown))
-            if np.abs(np.median(over_gravity(trial)) - 1) < STEADY:
-                told[BORNE].append(trial.name)
-        trials.append(trial)
+        trial = _from_release(trial, noise, lies, told)
+        trials.append(_until_impact(trial, noise, told) if trial.unplaced and trial.surroundings.floor_height is None else trial)
     notes = [f"{_names(names)}: {text}" for text, names in told.items() if names]
     return replace(measurement, trials=tuple(trials), notes=(*measurement.notes, *notes)) if notes else measurement
+
+
+def _from_release(trial, noise, lies, told):
+    """A Trial from its release on, if it was held at first and its start is to be fitted; its name under what is told of it."""
+    fitted = not np.any(trial.start.get("velocity", 0.0)) if trial.unplaced else not trial.start
+    count = samples_held(trial, noise, lies) if fitted else 0
+    if not count:
+        return trial
+    told[RESTS[trial.unplaced, lies]].append(f"{trial.name} ({trial.times[count - 1] - trial.times[0]:.2g} s)")
+    return trial.at(slice(count, None), start={key: value for key, value in trial.start.items() if key != "velocity"})
+
+
+def _until_impact(trial, noise, told):
+    """A fall that is read by an accelerometer alone, up to where it strikes; its name under what is told of it."""
+    count = samples_until_impact(trial, noise)
+    if count < len(trial.times):
+        told[STRUCK].append(f"{trial.name} ({trial.times[count]:.3g} s)")
+        trial = trial.at(slice(count))
+    if np.abs(np.median(over_gravity(trial)) - 1) < STEADY:
+        told[BORNE].append(trial.name)
+    return trial
 
 
 def time_held(trial, noise, lies=False):
