@@ -38,7 +38,6 @@ class Setup:
 class Scene(NamedTuple):
     """What a change of the measurement may know of B runs seen together."""
 
-    start_position: np.ndarray  # (B, 3) [m]
     still_before: np.ndarray  # the body is known to rest until its release, boolean (B,)
     floor_height: float | None  # [m]
     low: float  # lowest and highest measured height of the whole experiment [m]

@@ -233,7 +233,7 @@ class Simulator:
             stated = np.array(["velocity" in self.trials[who].start for who in owner])
             still, sessions = np.all(initial_states[:, 3:6] == 0, axis=1) & stated, [self.trials[who].session for who in owner]
             floor = self.trials[owner[0]].surroundings.floor_height
-            scene = Scene(initial_states[:, :3], still, floor, *self.height_range, np.array(sessions))
+            scene = Scene(still, floor, *self.height_range, np.array(sessions))
             for change in changes:
                 observe = change.look(observe, scene)
         return observe
