@@ -140,11 +140,13 @@ def body_lines(known=()):
     if known & {*ACCELERATIONS} and not known & {*COLUMNS[1:4], *PIXELS}:
         size = '[x, y, z] in m along the axes of the phone, such as [0.075, 0.16, 0.008]; or shape = "sphere" with radius'
         return [entry("shape", "box"), entry("size", FILL_IN, size), entry("mass", FILL_IN, weighed)]
-    lines = [entry("shape", "sphere", 'or "box" with size = [x, y, z], "cubipod" with side, "mesh" with mesh = "unit.stl"')]
+    others = '"disc", "cylinder", "cone" with radius, height; "box" with size = [x, y, z]; "cubipod" with side; "mesh" with mesh'
+    lines = [entry("shape", "sphere", f"or {others}")]
     for key, column, comment in (("radius", "radius_m", "m: half the diameter"), ("mass", "mass_kg", weighed)):
         if column not in known:
             lines.append(entry(key, FILL_IN, comment))
-    return lines
+    area = "m2: what a drag coefficient refers to, of a body of none of these shapes, such as a coffee filter"
+    return [*lines, optional("drag_area = 0.018", area)]
 
 
 def surroundings_lines(known, flies=None):
