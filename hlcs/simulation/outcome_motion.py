@@ -18,11 +18,8 @@ from minibullet.effects import contact_law
 
 STEPS = 160  # of a fall or a slide
 UP, BACK = 1.3, 2.2  # times v / g within which a body that is thrown up is past its top, or back, in air: 1 and 2 in a vacuum
-LONGER, MOST_LONGER = (
-    1.7,
-    40,
-)  # factor on the time of a flight that was too short, and how often: after 1e9 times the time of a fall
-# through nothing a body does not sink at all
+# factor on the time of a flight that was too short, and how often: after 1e9 times a free fall a body does not sink at all
+LONGER, MOST_LONGER = 1.7, 40
 LEAST_WAY = 1e-12  # a flight over no way at all is computed over this one, so that it has a duration [m]
 ENDLESS = 1e-6  # deceleration below which a slide does not end: a slide of 1 m/s would take ten days [m/s2]
 STEADY = 1e-10  # change of the speed over a step, relative, from which a body sinks on as it does
@@ -59,12 +56,15 @@ def state_of(setups, velocity, spin=0.0):
 
 
 def crossing(track, passed, count=50, until=None, begin=0.0):
-    """Times (B,) at which `passed(position (B, 3))` (positive before) falls through zero, by bisection on a Track.
+    """Times (B,) at which `passed(position (B, 3))` (positive before) first falls through zero, by bisection on a Track.
 
     begin, until: times between which it is [s] (B,), None = the end of the Track; beyond that motion goes straight on.
     """
-    bodies = track.position.shape[1]
-    low, high = np.zeros(bodies) + begin, np.full(bodies, track.times[-1]) if until is None else until
+    bodies, times = track.position.shape[1], track.times
+    there = (np.array([passed(position) for position in track.position]) <= 0) & (times[:, None] > begin)
+    first = np.where(there.any(axis=0), np.argmax(there, axis=0), len(times))  # a lift may take a body up once more
+    last = np.full(bodies, times[-1]) if until is None else until
+    low, high = np.maximum(times[first - 1], begin), np.where(there.any(axis=0), times[np.minimum(first, len(times) - 1)], last)
     for _ in range(count):
         middle = (low + high) / 2
         before = passed(track.position_at(middle[:, None])[:, 0]) > 0
@@ -99,15 +99,16 @@ def descent(setups, effects, depth, velocity, spin=0.0):
     longest = 1.5 * (2 * rise / gravity + np.sqrt(2 * np.nanmax(np.append(depth, LEAST_WAY)) / gravity))
     for _ in range(MOST_LONGER):
         track = fly(state, effects, longest, longest / STEPS)
+        passed = (depth + track.position[1:, :, 2] <= 0).any(axis=0)
         left, pace = depth + track.position[-1, :, 2], -track.velocity[-1, :, 2]
-        later = np.where(left > 0, left / np.where(pace > 0, pace, np.nan), 0.0)  # where it goes on as it does at the end
+        later = np.where(passed, 0.0, left / np.where(pace > 0, pace, np.nan))  # where it goes on as it does at the end
         change = track.velocity[-1] - track.velocity[-2]
         steady = np.abs(change).max(axis=1) < STEADY * np.abs(pace)
-        floats = (left > 0) & (pace <= 0) & (change[:, 2] >= 0)  # one that rises more and more slowly may still come down
-        if np.all((left <= 0) | steady) or floats.any():
+        floats = ~passed & (pace <= 0) & (change[:, 2] >= 0)  # one that rises more and more slowly may still come down
+        if np.all(passed | steady) or floats.any():
             break
         longest *= np.clip(1.05 * (1 + np.max(np.nan_to_num(later)) / longest), LONGER, FURTHER)
-    return Descent(track, np.where((left <= 0) | steady, longest + 1.01 * later, np.nan))
+    return Descent(track, np.where(passed | steady, longest + 1.01 * later, np.nan))
 
 
 def fallen(setups, effects, height):

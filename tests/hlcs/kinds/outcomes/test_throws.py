@@ -104,6 +104,17 @@ def test_a_backspin_carries_a_throw_on_and_a_topspin_brings_it_down():
     np.testing.assert_allclose(throw_range([setup] * 4, laws, inputs), expected, rtol=1e-5)
 
 
+def test_a_throw_ends_where_it_first_comes_down_however_long_others_fly():
+    """A backspin turns the path of the first ball up again 2 m below its launch, and several times back above it while the second
+    one is in the air. Its steps are those of the second, 20 times as long as its own: 5e-5."""
+    setup, turn = Setup(Body(**BALL), Surroundings(gravity=G, fluid_density=DENSITY)), 2.0
+    laws, spin = (effects.Gravity(G), effects.Magnus(0.5, DENSITY)), turn * MASS / (0.5 * np.pi * DENSITY * RADIUS**3)
+    columns = ("speed_m_s", "angle_deg", "height_m", "spin_rad_s")
+    inputs = dict(zip(columns, np.array([[3.0, 20.0, 0.3, spin], [60.0, 45.0, 0.3, 0.0]]).T, strict=True))
+    expected = [turned(3.0, 20.0, 0.3, turn), thrown(60.0, 45.0, 0.3)]
+    np.testing.assert_allclose(throw_range([setup] * 2, laws, inputs), expected, rtol=5e-5)
+
+
 def test_the_side_force_on_balls_thrown_with_a_spin_is_told_and_not_tried_without():
     spins = np.tile([-150.0, 0.0, 75.0, 150.0, 0.0], 7)
     rates = 0.5 * np.pi * DENSITY * RADIUS**3 / MASS * spins
