@@ -61,6 +61,23 @@ def test_every_neighbour_costs_what_its_own_best_numbers_cost(generator, present
         assert set(proposal.numbers) == set(proposal.effects)
 
 
+def test_a_law_makes_room_for_another_wherever_it_sets_in(generator):
+    """A drag crisis is absent where its coefficients are, and its Reynolds number is no matter then: another drag may take its
+    place. Random columns of both numbers, as above."""
+    law = replace(entry("linear_drag"), free=(*entry("linear_drag").free, Free("place", "1", -2.0, 2.0, None, 0.0)))
+    columns = {name: 5 * generator.standard_normal((30, 1)) for name in ("linear_drag", "magnus")}
+    r = columns["magnus"][:, 0] + generator.standard_normal(30)
+    left = r - 0.5 * columns["linear_drag"][:, 0]
+    inside = np.hstack([columns["linear_drag"], generator.standard_normal((30, 1))])
+    model = Model((Term(law, (("number", 0.5), ("place", 1.0))),))
+    linear = Linearization([left], [left], [np.zeros((30, 0))], [inside])
+    fit = Fit(model, np.zeros((1, 13)), linear, np.array([0.5, 1.0]), np.zeros((2, 2)))
+    views = {entry("magnus"): [({"number": 0.0}, [columns["magnus"]])]}
+    proposals = LinearModel(fit, views, lambda names: 6.0 * len(names)).proposals(2, lambda names: True)
+    (alone,) = [proposal for proposal in proposals if proposal.effects == {"magnus"}]
+    assert alone.cost == pytest.approx(expected(columns, r, ("magnus",)), abs=0.1)
+
+
 def test_two_effects_may_take_the_place_of_one(generator):
     """What one law did alone two may do better, and neither of them does better alone or beside it."""
     proposals = linear_model(generator, ("linear_drag",))[0].proposals(2, lambda names: True)
