@@ -181,7 +181,7 @@ class LinearModel:
         """The Proposal of a set of names among those that are in the model or can join it."""
         gone = [place for name in self.present if name not in names for place in self.places[name]]
         kept = [place for name in sorted(names) for place in self.places[name]]
-        back = np.nan_to_num([self.columns[place].absent for place in gone])  # what has no null value may stay: where a drag drops
+        back = np.nan_to_num([self.columns[place].absent for place in gone])  # what has no null value stays: where a drag drops
         dots = self.dots[kept] - self.gram[np.ix_(kept, gone)] @ back
         total = self.total - 2 * self.dots[gone] @ back + back @ self.gram[np.ix_(gone, gone)] @ back
         step, fall = self._step(kept, dots)
