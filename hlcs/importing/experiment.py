@@ -137,6 +137,8 @@ def optional(text, comment):
 def body_lines(known=()):
     """[body], of a phone a box; known: columns of the recordings, or of a table that states it row by row."""
     weighed = "kg: weigh it; delete the line if it is not known"
+    if "radius_m" in known:
+        weighed = "kg, if bodies of all sizes have one mass; else delete the line and add a column mass_kg to the table"
     if known & {*ACCELERATIONS} and not known & {*COLUMNS[1:4], *PIXELS}:
         size = '[x, y, z] in m along the axes of the phone, such as [0.075, 0.16, 0.008]; or shape = "sphere" with radius'
         return [entry("shape", "box"), entry("size", FILL_IN, size), entry("mass", FILL_IN, weighed)]

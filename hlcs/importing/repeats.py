@@ -1,4 +1,6 @@
-"""Repeats of an experiment that stand beside one another, "Trial 1 (s)", "Trial 2 (s)", ..: put below one another, a row each."""
+"""Columns of one outcome that stand beside one another, put below one another, a row each: repeats of an experiment, "Trial 1",
+"Trial 2", .., and bounces after one drop, "bounce 1", "bounce 2", ..
+"""
 
 import re
 from dataclasses import replace
@@ -25,29 +27,35 @@ def below_one_another(grid, head, units, meaning, overrides):
     """(grid, overrides) in which columns that repeat one outcome are one column, and each row of them is as many rows.
 
     Columns are repeats where the user says that they are one outcome, or where their names are the same but for a number and
-    tell an outcome or a time. head: index of the row of names; units: does the row below it hold their units; meaning: names
-    that are known -> columns of the project.
+    tell an outcome, a time, or a bounce: its number is then a column of its own. head: index of the row of names; units: does
+    the row below it hold their units; meaning: names that are known -> columns of the project.
     """
     names = grid.cells[head]
-    together = _said(names, overrides) or _numbered(names, grid.cells[head + 1] if units else [], meaning, overrides)
+    units_below = grid.cells[head + 1] if units else []
+    together = _said(names, overrides) or _numbered(names, units_below, meaning, overrides)
     if len(together) < 2:
         return grid, overrides
     first, others = together[0], {*together[1:]}
+    word, unit = _word_and_unit(names, units_below, first)
+    bounces = names[first] not in overrides.column and meaning.get(_stem(word)[0]) == "bounce"
 
-    def row(cells, repeat):
+    def row(cells, repeat, number=""):
         filled = cells + [""] * (len(names) - len(cells))
-        return [filled[repeat] if k == first else cell for k, cell in enumerate(filled) if k not in others]
+        return [filled[repeat] if k == first else cell for k, cell in enumerate(filled) if k not in others] + [number] * bounces
 
-    called = names[first] if names[first] in overrides.column else _without_number(names[first])
+    called = names[first] if names[first] in overrides.column else _without_number(word, unit)
+    if bounces:
+        called = f"{'time' if unit in UNITS['time'] else 'rebound height'} ({unit})"
     lines, cells = list(grid.lines[: head + 1 + units]), [list(cells) for cells in grid.cells[: head + 1 + units]]
-    cells[head:] = [row(part, first) for part in cells[head:]]
+    cells[head:] = [row(part, first, "bounce" if k == 0 else "") for k, part in enumerate(cells[head:])]
     cells[head][cells[head].index(names[first])] = called
     for line, part in zip(grid.lines[head + 1 + units :], grid.cells[head + 1 + units :], strict=True):
         for repeat in together:
             lines.append(line)
-            cells.append(row(part, repeat))
+            cells.append(row(part, repeat, re.search(r"\d+", split_unit(names[repeat])[0])[0] if bounces else ""))
     listed = ", ".join(f"'{shown(names[k])}'" for k in together)
-    note = Assumption(f"{grid.name}: columns {shown(listed, 200)} repeat one experiment: a row each", "--column")
+    are = "are the bounces after one drop" if bounces else "repeat one experiment"
+    note = Assumption(f"{grid.name}: columns {shown(listed, 200)} {are}: a row each", "--column")
     column = {cell: name for cell, name in overrides.column.items() if cell not in {names[k] for k in others}}
     found = replace(grid, lines=tuple(lines), cells=tuple(cells), assumptions=(*grid.assumptions, note))
     return found, replace(overrides, column=column)
@@ -67,22 +75,33 @@ def _numbered(names, units, meaning, overrides):
     numbered too: those are several bodies."""
     found, told = {}, {}
     for k, cell in enumerate(names):
-        word, unit = split_unit(cell)
-        unit = unit or (units[k].strip("[]() ").lower() if k < len(units) else "")
-        if cell not in overrides.column and word not in meaning and (parts := NUMBERED.fullmatch(word)):
-            stem, many = REPEAT.subn(" ", parts[parts.lastgroup])
-            key = " ".join(stem.split()), unit
-            found.setdefault(key, []).append(k)
-            name = meaning.get(key[0]) or ("t_s" if not key[0] and unit in UNITS["time"] else None)
-            told[key] = name if many or name != "t_s" else None  # times at gates are numbered as well
-    if {*told.values()} - {*OUTCOMES, "t_s", None}:
+        word, unit = _word_and_unit(names, units, k)
+        if cell not in overrides.column and word not in meaning and NUMBERED.fullmatch(word):
+            stem, many = _stem(word)
+            found.setdefault((stem, unit), []).append(k)
+            name = meaning.get(stem) or ("t_s" if not stem and unit in UNITS["time"] else None)
+            told[stem, unit] = name if many or name != "t_s" else None  # times at gates are numbered as well
+            if name == "bounce" and unit not in {*UNITS["time"], *UNITS["length"]}:
+                told[stem, unit] = None
+    if {*told.values()} - {*OUTCOMES, "t_s", "bounce", None}:
         return []
     return next((found[key] for key, name in told.items() if name and len(found[key]) > 1), [])
 
 
-def _without_number(cell):
-    """What a column of repeats is called without its number: "Trial 1 (s)" -> "time (s)"."""
-    word, unit = split_unit(cell)
+def _word_and_unit(names, units, k):
+    """(name, unit) of a column; units: those of the row below the names, [] where there is none."""
+    word, unit = split_unit(names[k])
+    return word, unit or (units[k].strip("[]() ").lower() if k < len(units) else "")
+
+
+def _stem(word):
+    """(a numbered name without its number and what people call a repeat, how often that stood there)."""
     parts = NUMBERED.fullmatch(word)
-    stem = " ".join(REPEAT.sub(" ", parts[parts.lastgroup]).split()) or "time"
+    stem, many = REPEAT.subn(" ", parts[parts.lastgroup] if parts else word)
+    return " ".join(stem.split()), many
+
+
+def _without_number(word, unit):
+    """What a column of repeats is called without its number: "Trial 1 (s)" -> "time (s)"."""
+    stem = _stem(word)[0] or "time"
     return f"{stem} ({unit})" if unit else stem

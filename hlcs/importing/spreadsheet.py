@@ -52,7 +52,7 @@ WORDS = {  # what people write above a column, in English, German, French and Sp
     "speed_m_s": "speed, start speed, initial speed, launch speed, ball speed, initial velocity, launch velocity, "
     "geschwindigkeit, abwurfgeschwindigkeit, vitesse, vitesse initiale, velocidad, velocidad inicial",
     "angle_deg": "angle, launch angle, winkel, abwurfwinkel, angle de tir, ángulo, ángulo de lanzamiento",
-    "bounce": "bounce, bounce number, bounce no, number of bounce, nummer des aufpralls",
+    "bounce": "bounce, bounce number, bounce no, number of bounce, impact, aufprall, nummer des aufpralls, rebond, bote",
     "distance_m": "distance, strecke, weg, abstand, distancia",
     "group": "group, gruppe, groupe, grupo, series, serie, day, tag, person, personne, persona, observer, beobachter",
 }

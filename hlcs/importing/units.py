@@ -1,4 +1,4 @@
-"""Units in the names of columns: "Höhe [cm]", "Time (s)", "t/ms", "x_mm"; and what they are in SI."""
+"""Units in the names of columns: "Höhe [cm]", "Time (s)", "t/ms", "x_mm", "Zeit s"; and what they are in SI."""
 
 import math
 import re
@@ -39,6 +39,7 @@ KNOWN = {unit for quantity, units in UNITS.items() if quantity != "share" for un
 IN_BRACKETS = re.compile(r"(.*?)\s*[\[(]([^\[\]()]*)[\])]\s*")
 AFTER_SLASH = re.compile(r"(.*?\S)\s*(?:/|\bin\b)\s*(\S+)")
 AFTER_UNDERSCORE = re.compile(r"(.+?)_([^_]+)")
+AFTER_BLANK = re.compile(r"(.*[^\W\d].*?)\s+(?!in$|min$)(\S+)", re.IGNORECASE)  # "Time min" may be the least one
 
 
 def quantity_of(column):
@@ -60,7 +61,7 @@ def split_unit(name):
     if found := IN_BRACKETS.fullmatch(text):
         text, unit = found.groups()
     else:
-        for pattern in (AFTER_SLASH, AFTER_UNDERSCORE):
+        for pattern in (AFTER_SLASH, AFTER_UNDERSCORE, AFTER_BLANK):
             if (found := pattern.fullmatch(text)) and _plain(found[2]) in KNOWN:
                 text, unit = found.groups()
                 break

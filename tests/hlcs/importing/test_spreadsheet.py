@@ -328,6 +328,28 @@ def test_a_slide_from_rest_asks_for_its_slope(imported):
         )
 
 
+@pytest.mark.parametrize(
+    ("text", "outcome"),
+    [
+        ("drop height (cm),bounce 1 [s],bounce 2 [s]\n30,0.25,0.64\n50,0.32,\n", "bounce_time_s"),
+        ("Fallhöhe cm;1. Aufprall;2. Aufprall\ncm;s;s\n30;0,25;0,64\n50;0,32;\n", "bounce_time_s"),
+        ("height [m],rebond 1 (cm),rebond 2 (cm)\n0.3,25,64\n0.5,32,\n", "rebound_height_m"),
+    ],
+)
+def test_bounces_beside_one_another_are_a_row_each_with_their_number(imported, text, outcome):
+    """A bounce that was not read is left out."""
+    found, tables = imported(text, "csv")
+    wanted = {"height_m": ["0.3", "0.3", "0.5"], "bounce": ["1.0", "2.0", "1.0"], outcome: ["0.25", "0.64", "0.32"]}
+    assert tables["bounces.csv"] == wanted and "are the bounces after one drop: a row each" in str(found)
+
+
+def test_a_unit_may_stand_behind_a_blank(imported):
+    _, tables = imported("Durchmesser mm,Marke 1 cm,Marke 2 cm,Zeit s\n4,10,30,1.52\n6,10,30,0.71\n", "csv")
+    assert tables["measurements.csv"] == {
+        "radius_m": ["0.002", "0.003"], "mark_1_m": ["0.1"] * 2, "mark_2_m": ["0.3"] * 2, "passage_time_s": ["1.52", "0.71"]
+    }  # fmt: skip
+
+
 def test_heights_beside_the_numbers_of_bounces_are_rebounds_of_one_drop(imported):
     found, tables = imported("Bounce number,Height (cm)\n1,57.3\n2,48.8\n3,41.3\n", "csv", constant={"height_m": 0.66})
     wanted = {"height_m": ["0.66"] * 3, "bounce": ["1.0", "2.0", "3.0"], "rebound_height_m": ["0.573", "0.488", "0.413"]}
