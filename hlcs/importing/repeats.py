@@ -5,6 +5,8 @@
 import re
 from dataclasses import replace
 
+import numpy as np
+
 from hlcs.data.quantities import OUTCOMES
 from hlcs.importing.found import Assumption
 from hlcs.importing.units import UNITS, split_unit
@@ -32,7 +34,7 @@ def below_one_another(grid, head, units, meaning, overrides):
     """
     names = grid.cells[head]
     units_below = grid.cells[head + 1] if units else []
-    together = _said(names, overrides) or _numbered(names, units_below, meaning, overrides)
+    together = _said(names, overrides) or _numbered(grid, head, units_below, meaning, overrides)
     if len(together) < 2:
         return grid, overrides
     first, others = together[0], {*together[1:]}
@@ -70,22 +72,28 @@ def _said(names, overrides):
     return []
 
 
-def _numbered(names, units, meaning, overrides):
-    """Indices of the columns whose names are the same but for a number, and tell an outcome or a time; none where positions are
-    numbered too: those are several bodies."""
-    found, told = {}, {}
+def _numbered(grid, head, units, meaning, overrides):
+    """Indices of the columns whose names are the same but for a number, and tell an outcome, a time or a bounce; none where
+    positions are numbered too: those are several bodies. Times that rise in every row are those at gates on one way, unless
+    they are called trials, runs, ..
+    """
+    names, found, told = grid.cells[head], {}, {}
     for k, cell in enumerate(names):
         word, unit = _word_and_unit(names, units, k)
         if cell not in overrides.column and word not in meaning and NUMBERED.fullmatch(word):
-            stem, many = _stem(word)
+            stem, called = _stem(word)
             found.setdefault((stem, unit), []).append(k)
-            name = meaning.get(stem) or ("t_s" if not stem and unit in UNITS["time"] else None)
-            told[stem, unit] = name if many or name != "t_s" else None  # times at gates are numbered as well
-            if name == "bounce" and unit not in {*UNITS["time"], *UNITS["length"]}:
-                told[stem, unit] = None
-    if {*told.values()} - {*OUTCOMES, "t_s", "bounce", None}:
+            name = meaning.get(stem) or ("t_s" if called and not stem and unit in UNITS["time"] else None)
+            measured = name != "bounce" or unit in {*UNITS["time"], *UNITS["length"]}
+            told[stem, unit] = (name, called) if measured else (None, called)
+    if {name for name, _ in told.values()} - {*OUTCOMES, "t_s", "bounce", None}:
         return []
-    return next((found[key] for key, name in told.items() if name and len(found[key]) > 1), [])
+    for key, (name, called) in told.items():
+        if name and len(found[key]) > 1:
+            readings = np.array([grid.column(head + 1 + bool(units), k, names[k]) for k in found[key]])
+            if name != "t_s" or called or np.any(np.diff(readings, axis=0) <= 0):
+                return found[key]
+    return []
 
 
 def _word_and_unit(names, units, k):

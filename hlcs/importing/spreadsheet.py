@@ -89,8 +89,8 @@ def read(path, overrides):
     as_read, units = grid, _has_units(grid, head)
     nameless = _nameless(grid, head, head + 1 + units)
     grid, overrides = below_one_another(grid, head, units, MEANING, overrides)
-    columns, left, notes = _columns(grid, head, overrides, grid is not as_read)
     first = head + 1 + units
+    columns, left, notes = _columns(grid, head, first, overrides, grid is not as_read)
     for name, place in columns.items():
         if _empty(grid, first, place.index):
             cell = grid.cells[head][place.index]
@@ -175,10 +175,10 @@ def _empty(grid, first, index):
     return all(index >= len(row) or row[index].lower() in MISSING for row in grid.cells[first:])
 
 
-def _columns(grid, head, overrides, repeats=False):
+def _columns(grid, head, first, overrides, repeats=False):
     """({name in the project: Column}, columns that are not known, assumptions); known, or named by the user.
 
-    repeats: do rows repeat one another, so that they are no samples?
+    first: row of the first numbers; repeats: do rows repeat one another, so that they are no samples?
     """
     known = dict.fromkeys((*IN_RECORDINGS, *IN_TABLES))
     units = grid.cells[head + 1] if _has_units(grid, head) else []
@@ -203,6 +203,8 @@ def _columns(grid, head, overrides, repeats=False):
             )
         halved = word in DIAMETERS and cell not in overrides.column
         found[name] = Column(index, unit, 0.5 if halved else 1.0)
+    if "t_s" in found and not {*found} & {*COLUMNS[1:], *PIXELS, *ACCELERATIONS}:  # samples are taken one after another
+        repeats |= bool(np.any(np.diff(grid.column(first, found["t_s"].index, "t_s")) <= 0))
     if beside := _time_beside(found, overrides, repeats):
         found[beside] = found.pop("t_s")
     if "bounce" in found and "z_m" in found and not {*found} & {*OUTCOMES, "t_s", "frame"}:

@@ -42,6 +42,25 @@ def test_bodies_and_gates_that_are_numbered_are_no_repeats(refused):
     refused("height (m),time 1 (s),time 2 (s)\n0.5,0.33,0.41\n1.0,0.45,0.52\n", "csv", *words)
 
 
+def test_numbered_times_that_do_not_always_rise_are_no_gates_but_repeats(imported):
+    text = (
+        "angle (deg),distance (cm),time 1 (s),time 2 (s),time 3 (s),mean (s)\n20,60,0.99,1.01,1.00,1.00\n30,60,0.63,,0.61,0.62\n"
+    )
+    found, tables = imported(text, "csv")
+    assert tables["measurements.csv"] == {
+        "angle_deg": ["20.0"] * 3 + ["30.0"] * 2,
+        "distance_m": ["0.6"] * 5,
+        "slide_time_s": ["0.99", "1.01", "1.0", "0.63", "0.61"],
+    }
+    assert "repeat one experiment" in str(found) and "'mean (s)' is left out" in str(found)
+
+
+def test_rows_whose_times_fall_are_no_samples_but_experiments(imported, refused):
+    _, tables = imported("angle (deg),distance (m),time (s)\n5,0.5,1.27\n5,1.0,1.79\n10,0.5,0.90\n", "csv")
+    assert tables["measurements.csv"]["slide_time_s"] == ["1.27", "1.79", "0.9"]
+    refused("distance (m),time (s)\n0.5,1.27\n1.0,1.79\n", "csv", "nothing of where the body is")
+
+
 def test_what_is_computed_of_readings_is_offered_as_no_repeat_of_them(refused):
     told = refused(
         "height (cm),t mean (ms),st. dev. (ms)\n50,320,4\n100,452,5\n", "csv", 'state what each is with --column "t mean'
