@@ -121,7 +121,8 @@ class LinearModel:
             if self.droppable(name):
                 sets += [present - {name}, *(present - {name} | {other} for other in absent)]
                 sets += [present - {name} | set(pair) for pair in combinations(absent, 2)]
-        sets += [names | implied for names in (present, *sets) if implied <= self.places.keys()]
+        if implied <= self.places.keys():
+            sets += [names | {name for name in implied if compatible(names | {name})} for names in (present, *sets)]
         sets += [present | set(pair) for pair in combinations(absent, 2)]
         if len(implied & present) > 1:  # these have null values, or nothing would imply them
             sets.append(present - implied)  # one statement of the file may be wrong

@@ -77,8 +77,10 @@ class Search:
         return self.odds * (against + (bool(implied - effects) or fit is not None and fit.contradicts))
 
     def implied_beside(self, effects):
-        """What the file implies beside a set: what the data would show and, beside others, what their numbers would."""
-        return self.implied if effects - self.implied else self.shown
+        """What the file implies beside a set: what the data would show and, beside others, what their numbers would; a law that
+        holds another one stands in its place."""
+        held = {name for name in self.implied for law in effects if self.candidates[law].holds(self.candidates[name])}
+        return (self.implied if effects - self.implied else self.shown) - held
 
     def ranked(self):
         """The fitted sets, the best first."""

@@ -113,25 +113,29 @@ def test_a_drag_in_proportion_to_speed_is_the_viscosity_only_where_the_flow_may_
         assert kept in names and left in why and "drag_crisis" in why
 
 
-def passages(folder):
-    """Glass beads of 0.3 to 1.8 mm in water, between marks 0.1 and 0.4 m below their release, by Schiller and Naumann's curve."""
-    eta, rows, draw = 1e-3, "radius_m,mass_kg,mark_1_m,mark_2_m,passage_time_s\n", np.random.default_rng(8)
-    for radius in (0.00015, 0.00025, 0.0004, 0.0006, 0.0009):
+BEADS = (0.00015, 0.00025, 0.0004, 0.0006, 0.0009)  # radii [m]
+
+
+def passages(folder, fluid=1000.0, eta=1e-3, stated=1e-3, bead=2500.0, radii=BEADS, noise=0.01):
+    """Beads, of glass and 0.3 to 1.8 mm in water, between marks 0.1 and 0.4 m below their release, by Schiller and Naumann's
+    curve; fluid, bead: densities [kg/m3]; eta, stated: viscosity, and what the file says [Pa s]."""
+    rows, draw = "radius_m,mass_kg,mark_1_m,mark_2_m,passage_time_s\n", np.random.default_rng(8)
+    for radius in radii:
         volume = 4 / 3 * np.pi * radius**3
 
         def slope(_, state, radius=radius, volume=volume):
-            reynolds = max(2 * radius * 1000.0 * state[1] / eta, 1e-12)
+            reynolds = max(2 * radius * fluid * state[1] / eta, 1e-12)
             drag = 6 * np.pi * eta * radius * state[1] * (1 + 0.15 * reynolds**0.687)
-            return state[1], (1500.0 * volume * G - drag) / (2500.0 * volume)
+            return state[1], ((bead - fluid) * volume * G - drag) / (bead * volume)
 
-        way = solve_ivp(slope, (0, 30), (0, 0), "LSODA", dense_output=True, rtol=1e-9, atol=1e-12).sol
-        first, last = (brentq(lambda t, mark=mark, way=way: way(t)[0] - mark, 1e-6, 30) for mark in (0.1, 0.4))
+        way = solve_ivp(slope, (0, 60), (0, 0), "LSODA", dense_output=True, rtol=1e-9, atol=1e-12).sol
+        first, last = (brentq(lambda t, mark=mark, way=way: way(t)[0] - mark, 1e-6, 60) for mark in (0.1, 0.4))
         for _ in range(4):
-            time = last - first + 0.01 * draw.standard_normal()
-            rows += f"{radius},{2500.0 * volume:.6g},0.1,0.4,{time:.3f}\n"
+            time = last - first + noise * draw.standard_normal()
+            rows += f"{radius},{bead * volume:.6g},0.1,0.4,{time:.3f}\n"
     (folder / "t.csv").write_text(rows)
     path = folder / "e.toml"
-    surroundings = "[surroundings]\nfluid_density = 1000\nfluid_viscosity = 0.001\n"
+    surroundings = f"[surroundings]\nfluid_density = {fluid}\nfluid_viscosity = {stated}\n"
     path.write_text(f'kind = "outcomes"\n[body]\nshape = "sphere"\n{surroundings}[measurement]\nfile = "t.csv"\n')
     return path
 
@@ -149,6 +153,15 @@ def test_beads_in_water_are_held_back_by_what_their_reynolds_numbers_tell(tmp_pa
         2 * 1.74 * 0.0088e-3, rel=0.6
     )  # the noise is that of 15 degrees of freedom
     assert found.reynolds["sphere_drag"]["holds"] is True
+
+
+def test_a_wrong_viscosity_is_told_beside_the_lift_that_the_file_states(tmp_path):
+    """Steel beads of 2 to 6 mm in glycerine, Reynolds numbers up to 0.6: the curve of a sphere in place of Stokes's law. And
+    without the lift of the stated glycerine, a sixth of the weight, its viscosity would be a sixth too large."""
+    path = passages(tmp_path, 1258.0, 1.1, 1.4, 7800.0, (0.001, 0.0015, 0.002, 0.0025, 0.003), 0.05)
+    found = hlcs.diagnose(path)
+    assert (found.verdict, set(found.effects)) == ("effect", {"sphere_drag", "buoyancy"}), found.sets
+    assert found.parameters["sphere_drag"]["viscosity"]["value"] == pytest.approx(1.1, rel=0.02)
 
 
 def test_the_highest_speed_of_a_fall_is_twice_its_mean_where_it_is_free_and_its_mean_where_it_is_slow(tmp_path):
