@@ -7,7 +7,7 @@ from hlcs.effects.contract import Scene
 from hlcs.effects.measurement import ClockOffset, TiltedFrame, TrackerSmoothing
 from minibullet import rotations
 
-STILL = Scene(np.zeros((1, 3)), np.array([True]), None, 0.0, 1.0)
+STILL = Scene(np.array([True]), None, 0.0, 1.0)
 TIMES = np.linspace(0, 1, 7)[None]
 
 
