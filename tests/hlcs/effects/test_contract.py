@@ -5,7 +5,7 @@ import numpy as np
 from hlcs.data.experiment_file import Body, Surroundings
 from hlcs.effects.contract import Change, Scene, Setup
 
-STILL = Scene(np.zeros((1, 3)), np.array([True]), None, 0.0, 1.0)
+STILL = Scene(np.array([True]), None, 0.0, 1.0)
 
 
 def test_a_change_that_overrides_nothing_changes_nothing():
