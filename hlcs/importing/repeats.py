@@ -38,7 +38,7 @@ def below_one_another(grid, head, units, meaning, overrides):
     if len(together) < 2:
         return grid, overrides
     first, others = together[0], {*together[1:]}
-    word, unit = _word_and_unit(names, units_below, first)
+    word, unit = word_and_unit(names, units_below, first)
     bounces = names[first] not in overrides.column and meaning.get(_stem(word)[0]) == "bounce"
 
     def row(cells, repeat, number=""):
@@ -79,7 +79,7 @@ def _numbered(grid, head, units, meaning, overrides):
     """
     names, found, told = grid.cells[head], {}, {}
     for k, cell in enumerate(names):
-        word, unit = _word_and_unit(names, units, k)
+        word, unit = word_and_unit(names, units, k)
         if cell not in overrides.column and word not in meaning and NUMBERED.fullmatch(word):
             stem, called = _stem(word)
             found.setdefault((stem, unit), []).append(k)
@@ -96,7 +96,7 @@ def _numbered(grid, head, units, meaning, overrides):
     return []
 
 
-def _word_and_unit(names, units, k):
+def word_and_unit(names, units, k):
     """(name, unit) of a column; units: those of the row below the names, [] where there is none."""
     word, unit = split_unit(names[k])
     return word, unit or (units[k].strip("[]() ").lower() if k < len(units) else "")

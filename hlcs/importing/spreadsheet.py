@@ -18,7 +18,7 @@ from hlcs.files.csv_files import decimal
 from hlcs.importing.axes import turned
 from hlcs.importing.found import Assumption, Found, recording
 from hlcs.importing.grids import MISSING, grid_of, source_of
-from hlcs.importing.repeats import COMPUTED, below_one_another
+from hlcs.importing.repeats import COMPUTED, below_one_another, word_and_unit
 from hlcs.importing.units import KNOWN, SI, SUFFIXES, UNITS, quantity_of, scale, split_unit
 from minibullet.errors import InputError, shown
 
@@ -184,8 +184,7 @@ def _columns(grid, head, first, overrides, repeats=False):
     units = grid.cells[head + 1] if _has_units(grid, head) else []
     found, left, asked = {}, [], dict(overrides.column)
     for index, cell in enumerate(grid.cells[head]):
-        word, unit = split_unit(cell)
-        unit = unit or (units[index].strip("[]() ").lower() if index < len(units) else "")
+        word, unit = word_and_unit(grid.cells[head], units, index)
         own = cell.strip() if cell.strip() in known else None
         name = asked.pop(cell, None) or own or MEANING.get(word)
         if name in COLUMNS[1:4] and cell not in overrides.column and unit in UNITS["pixels"] and overrides.length_unit is None:
