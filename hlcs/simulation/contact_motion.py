@@ -10,7 +10,7 @@ import numpy as np
 import minibullet as mb
 from hlcs.data.rigid_body import Altered, RigidBody, rigid_body, support
 from hlcs.simulation.batch_effects import shared_effects
-from hlcs.simulation.free_flight import Track
+from hlcs.simulation.free_flight import JUMP, Track
 from minibullet import rotations
 from minibullet.shapes.primitives import ConvexPiece
 
@@ -143,7 +143,7 @@ def simulate(runs, duration, step):
     frames = scene.frame[order]
     count = max(int(np.ceil(duration / step - 1e-9)), 1)
     record = [np.empty((count + 1, len(runs), size)) for size in (3, 3, 4, 3)]
-    pushed = np.zeros((count, len(scene.names)), bool)
+    pushed, struck = np.zeros((2, count, len(scene.names)), bool)
     initial_states = np.array([run.initial_state for run in runs])
     for store, columns in zip(record, (slice(0, 3), slice(3, 6), slice(6, 10), slice(10, 13)), strict=True):
         store[0] = initial_states[:, columns]
@@ -152,12 +152,27 @@ def simulate(runs, duration, step):
         for k in range(1, count + 1):
             world.step()
             last, after, twist = world.last_step, world.last_step.after, world.last_step.after.twist[order]
-            pushing = (last.solution.impulse + last.impact_impulse)[:, 0] > 0
-            pushed[k - 1, last.points.bodies[pushing]] = True
+            impact = last.impact_impulse + 0 * last.solution.impulse  # a mere 0.0 where nothing rebounds
+            pushed[k - 1, last.points.bodies[(last.solution.impulse + impact)[:, 0] > 0]] = True
+            struck[k - 1, last.points.bodies[impact[:, 0] > 0]] = True
             record[0][k], record[1][k] = after.position[order], twist[:, :3]
             record[2][k], record[3][k] = after.orientation[order], twist[:, 3:]
     record[2][1:] = rotations.product(record[2][1:], rotations.conjugate(frames))
+    _leave_impacts(record, pushed[:, order] & ~struck[:, order], step)
     return Track(np.arange(count + 1) * step, *record, pushed[:, order])
+
+
+def _leave_impacts(record, held, step):
+    """Set what T nodes of a track hold as the velocity after an impact without rebound to the one that the body goes on with.
+
+    A step that ends in touch ends with the velocity that carries the body just to the surface; the next one has that after the
+    impact. record: positions, velocities, orientations and spins (T, B, ..); held: by such contacts alone (T - 1, B).
+    """
+    _, velocity, _, spin = record
+    jump = np.linalg.norm(velocity[2:] - velocity[:-2], axis=-1)
+    who = held[:-1] & held[1:] & (jump > JUMP * step)
+    for part in (velocity, spin):
+        part[1:-1][who] = part[2:][who]
 
 
 def _add(world, runs):

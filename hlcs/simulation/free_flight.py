@@ -48,13 +48,20 @@ class Track(NamedTuple):
         return Track(self.times, *(part[:, bodies] for part in self[1:]))
 
     def observe(self, times):
-        """Position (B, n, 3) and orientation (B, n, 4) at times (B, n): turns are steady between nodes."""
+        """Position (B, n, 3) and orientation (B, n, 4) at times (B, n): turns are steady between nodes, and to both sides of an
+        impact."""
         index, step, inside, beyond = places = self._places(times)
         who = np.arange(self.position.shape[1])[:, None]
         q0, q1 = self.orientation[index, who], self.orientation[index + 1, who]
         turn = rotations.logarithm(rotations.product(q1, rotations.conjugate(q0)))
         orientation = rotations.product(rotations.exponential((inside + beyond / step[..., None]) * turn), q0)
-        return self._position(*places), orientation
+        hit, moment = impact = self._impact(index, step)
+        if hit.any():
+            first = inside < moment
+            way = np.where(first, inside * self.spin[index, who], (inside - 1) * self.spin[index + 1, who]) * step[..., None]
+            pieces = rotations.product(rotations.exponential(way), np.where(first, q0, q1))
+            orientation = np.where(hit & (beyond == 0), pieces, orientation)
+        return self._position(*places, *impact), orientation
 
     def position_at(self, times):
         """Position (B, n, 3) at times (B, n).
@@ -62,10 +69,11 @@ class Track(NamedTuple):
         Cubic Hermite between nodes, straight on outside; where a contact makes the velocity jump inside a step (an impact), two
         straight pieces that meet at the moment of the jump.
         """
-        return self._position(*self._places(times))
+        places = self._places(times)
+        return self._position(*places, *self._impact(*places[:2]))
 
-    def _position(self, index, step, inside, beyond):
-        """The positions at places as `_places` gives them."""
+    def _position(self, index, step, inside, beyond, hit, moment):
+        """The positions at places as `_places` gives them, with impacts as `_impact` does."""
         who = np.arange(self.position.shape[1])[:, None]
         x0, x1 = self.position[index, who], self.position[index + 1, who]
         v0, v1 = self.velocity[index, who] * step[..., None], self.velocity[index + 1, who] * step[..., None]
@@ -76,13 +84,20 @@ class Track(NamedTuple):
             + (3 * square - 2 * cube) * x1
             + (cube - square) * v1
         )
-        jump = v0 - v1
-        size = np.sum(jump**2, axis=-1, keepdims=True)
-        hit = (size > (JUMP * step[..., None] ** 2) ** 2) & self.pushed[index, who][..., None]  # no drag, however strong it is
         if hit.any():
-            moment = np.clip(np.sum((x1 - x0 - v1) * jump, axis=-1, keepdims=True) / np.where(size > 0, size, 1.0), 0.0, 1.0)
             position = np.where(hit, np.where(inside < moment, x0 + inside * v0, x1 - (1 - inside) * v1), position)
         return position + beyond * np.where(beyond > 0, v1, v0) / step[..., None]
+
+    def _impact(self, index, step):
+        """Does an impact make the velocity jump inside the steps `index` (B, n, 1), and after which part of them (B, n, 1)?"""
+        who, step = np.arange(self.position.shape[1])[:, None], step[..., None]
+        after = self.velocity[index + 1, who] * step
+        jump = self.velocity[index, who] * step - after
+        size = np.sum(jump**2, axis=-1, keepdims=True)
+        hit = (size > (JUMP * step**2) ** 2) & self.pushed[index, who][..., None]  # no drag, however strong it is
+        way = self.position[index + 1, who] - self.position[index, who] - after
+        moment = np.sum(way * jump, axis=-1, keepdims=True) / np.where(size > 0, size, 1.0)
+        return hit, np.clip(moment, 0.0, 1.0)
 
     def _places(self, times):
         """(step that each of the times (B, n) lies in, its length [s], the part of it that has passed (B, n, 1) [-], the time
