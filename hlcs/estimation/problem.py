@@ -17,6 +17,7 @@ from hlcs.simulation.batching import run_tasks
 from hlcs.simulation.initial_state import stepped
 
 LEAST_CHANGE = 20.0  # white norm of the change of the observations from which a derivative through contacts shows
+MOST_CHANGE = 200.0  # white norm above which a step that was widened elsewhere is too wide here: it leads past impacts
 WIDE = 0.05  # widest step of a derivative through contacts, part of the range of the number
 
 
@@ -89,13 +90,14 @@ class Problem:
         called once the first change has been simulated.
 
         Runs with contacts answer a small change with some noise of their own (which sweep converged, which step stopped the
-        body), so there the step is widened until the change, less what the initial states absorb, stands clear of it. A wide step
-        moves the impacts, so there the initial states go along by what would absorb the change: what a fit would see is left.
+        body), so there the step is widened until the change, less what the initial states absorb, stands clear of it, and one
+        that was widened elsewhere is narrowed where it changes far more. A wide step moves the impacts, so there the initial
+        states go along by what would absorb the change: what a fit would see is left.
         reach: part of the plausible range that the widest step may span; to: value as far as which it is taken, if that is known.
         """
-        usual = self.difference_steps.get((name, free.name)) or difference_step(free, value) * self.difference_scale
-        known = to not in (None, value)
-        amount, widest = to - value if known else usual, reach * min(free.high - free.low, 1e3)
+        least, known = difference_step(free, value) * self.difference_scale, to not in (None, value)
+        amount = to - value if known else self.difference_steps.get((name, free.name), least)
+        widest, widened = reach * min(free.high - free.low, 1e3), False
 
         def change(step, states):
             after = self.residuals(moved(value + step), states)
@@ -107,9 +109,16 @@ class Problem:
         while True:
             step = -amount if value + amount > free.most else amount
             changes = change(step, initial_states)
-            if known or not self.simulator.contact or not size(changes) < LEAST_CHANGE or amount >= widest:
+            if known or not self.simulator.contact:
                 break
-            amount = min(amount * float(np.clip(1.5 * LEAST_CHANGE / max(size(changes), 1e-9), 2.0, 30.0)), widest)
+            found = size(changes)
+            fitting = 1.5 * LEAST_CHANGE / max(found, 1e-9)
+            if found < LEAST_CHANGE and amount < widest:
+                amount, widened = min(amount * float(np.clip(fitting, 2.0, 30.0)), widest), True
+            elif MOST_CHANGE < found < np.inf and amount > least and not widened:
+                amount = max(amount * fitting, least)
+            else:
+                break
         if not known:
             self.difference_steps[name, free.name] = min(amount, widest * WIDE / reach)
         moves = [np.zeros(columns.shape[1]) for columns in linear().state_columns]
