@@ -10,7 +10,7 @@ FORETOLD_OUT = 3.0  # the same of an end from what is foretold of it, where it s
 PASSES = 3  # neighbours of outliers are outliers too: of three per cent, one in 1,000 stands third in a row
 UNSURE = 3.0  # over the root of their number: by so much the scatter of normal noise seems larger than it is once in 40 series
 END = 1.29  # scatter of white noise about what the next four samples foretell, that about the line through two neighbours being 1
-AT_ONE_END = 1e-4  # chance of as many outliers at one end of the series: two ends of nine channels are asked of each set of data
+AT_ONE_PLACE = 1e-4  # chance of as many outliers at one end, or in a row, of the series: of nine channels of each set of data
 LEAST = 10  # samples of which a scatter can be told
 CORE = 3.3  # standard deviations within which 99.9 % of normal noise lies: what is beyond is counted as outliers that stayed
 BEYOND_CORE = 0.000967  # part of normal noise that lies beyond it all the same
@@ -71,20 +71,35 @@ def isolated_in(series, spreads):
 
 
 def anywhere(alone):
-    """Flags of samples that stand alone, one (n,) for each series, without the first or the last samples where more of these do
-    than chance puts there, changed in place.
+    """Flags of samples that stand alone, one (n,) for each series, without those that lie where chance does not put so many,
+    changed in place: first ones, last ones, and PASSES in a row.
 
     What a tracker loses lies anywhere. Series begin and end where the motion does: what stands alone there in most of them is
-    part of the motion, as of a spin that ends within a sample.
+    part of the motion, as of a spin that ends within a sample. So is what stands out in a row in more than one of them, as all
+    of a fall of three samples before a long rest.
     """
     long = [flags for flags in alone if len(flags) >= LEAST]
+    count, total = sum(map(np.sum, long)), sum(map(len, long))
     for end in (0, -1):
         there = sum(bool(flags[end]) for flags in long)
-        share = (sum(map(np.sum, long)) - there + 1) / (sum(map(len, long)) + 1)
-        if special.bdtrc(there - 1, len(long), share) < AT_ONE_END:
+        if special.bdtrc(there - 1, len(long), (count - there + 1) / (total + 1)) < AT_ONE_PLACE:
             for flags in long:
                 flags[end] = False
+    rows = [in_a_row(flags) for flags in long]
+    there = sum(bool(row.any()) for row in rows)
+    share = (sum(map(np.sum, long)) - sum(map(np.sum, rows)) + 1) / (total + 1)
+    if there > 1 and special.bdtrc(there - 1, len(long), min(share**PASSES * total / len(long), 1.0)) < AT_ONE_PLACE:
+        for flags, row in zip(long, rows, strict=True):
+            flags[row] = False
     return alone
+
+
+def in_a_row(flags):
+    """Which of flags (n,) stand beside others, PASSES of them or more."""
+    starts = np.flatnonzero(np.convolve(flags, np.ones(PASSES), "valid") > PASSES - 0.5)
+    row = np.zeros(len(flags), bool)
+    row[(starts[:, None] + np.arange(PASSES)).ravel()] = True
+    return row
 
 
 def isolated_outliers(times, values, spread=0.0, rough=True):
