@@ -73,6 +73,18 @@ NEEDS = {
     ),
 }
 
+# what a laboratory can state or measure, of what effects need
+TO_GIVE = {Need.MASS_AND_SIZE: "the mass and the size of the body", Need.SIZE: "the size of the body", Need.SPIN: "the spin"}
+
+
+def to_be_given(absent):
+    """What to state or measure so that more effects can be tried, of {name: why it was not}; "" where nothing would help."""
+    told = []
+    for need, what in TO_GIVE.items():
+        if names := sorted(name for name, why in absent.items() if why == NEEDS[need][0]):
+            told.append(f"state or measure {what}, without which {', '.join(names)} cannot be tried")
+    return "; ".join(told)
+
 
 def candidates_for(measurement, contact, names=None, own=()):
     """(candidates, {name: why it cannot take part}) for trajectories; `names` None = all that fit, else just these."""

@@ -16,6 +16,7 @@ import numpy as np
 from hlcs.estimation.designs import Design
 from hlcs.estimation.least_squares import project_out
 from hlcs.records import NextExperiment
+from hlcs.selection.eligibility import to_be_given
 from hlcs.selection.thresholds import TIED
 
 QUANTILE = 1.2816  # of the normal distribution at 0.9
@@ -59,8 +60,9 @@ def feasible(option):
     return bool(option.tests) and option.tests <= MOST_TESTS
 
 
-def next_experiment(sets, verdict):
-    """The experiment that best separates the best set from those that do as well, or finds out what stays unexplained."""
+def next_experiment(sets, absent, verdict):
+    """The experiment that best separates the best set from those that do as well, or finds out what stays unexplained; absent:
+    {name: why it was not tried}."""
     problem, fits = sets.search.problem, sets.search.fits
     final, found = fits[sets.best], []
     for effects in sets.tied[1:]:
@@ -81,7 +83,7 @@ def next_experiment(sets, verdict):
                 (best.score, names, best if feasible(best) else best._replace(shows_both=reading_of_all(problem, terms)))
             )
     if not found:
-        return unexplained(problem, final)
+        return unexplained(problem, final, absent)
     within_reach = [entry for entry in found if feasible(entry[2])]
     _, names, best = min(within_reach or found, key=lambda entry: entry[:2])  # of the pair that is hardest to separate
     others = [entry for entry in found if entry[1] != names]
@@ -89,7 +91,7 @@ def next_experiment(sets, verdict):
     separates = tuple(name for part in names for name in part.split(" + ") if name != NOTHING)
     needed = best.tests if feasible(best) else None
     if verdict == "unexplained":
-        return unexplained(problem, final, separates, sentence, needed, best.design if best.tests else None)
+        return unexplained(problem, final, absent, separates, sentence, needed, best.design if best.tests else None)
     return NextExperiment(sentence, separates, needed, best.design if best.tests else {})
 
 
@@ -127,13 +129,15 @@ def _told_of_others(best, others):
     return sorted(told) + (sorted(beyond) if feasible(best) else [])
 
 
-def unexplained(problem, fit, names=(), more="", needed=None, design=None):
-    """What to do where the model fails and no candidate mends it: look again where it misses most."""
+def unexplained(problem, fit, absent, names=(), more="", needed=None, design=None):
+    """What to do where the model fails and no candidate mends it: look again where it misses most, and give what candidates that
+    were not tried need."""
     place, again = problem.worst(fit)
     told_apart = f"what comes back is {problem.subject}, what does not is the measurement"
     how = ", in another order and by other hands" if len(problem.trials) > 1 else ", by other hands"
     text = f"repeat {place}{how}: {told_apart}"
-    return NextExperiment(text + (f"; then: {more}" if more else ""), names, needed, design or again)
+    told = [text, *[f"then: {more}"] * bool(more), *filter(None, [to_be_given(absent)])]
+    return NextExperiment("; ".join(told), names, needed, design or again)
 
 
 # --- direct witnesses: measure the suspect itself ----------------------------------------------------------------------

@@ -90,7 +90,7 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
         noise_shown=None if after.adequate or learned or starts else experiment.noise_shown(judged, best),
         starts_shown=starts,
         tolerance=left_over(experiment.tolerance, problem.unit, fitted_error(judged, best), problem.noise_level),
-        next_experiment=partial(experiment_design.next_experiment, sets),
+        next_experiment=partial(experiment_design.next_experiment, sets, absent),
     )
 
 

@@ -95,3 +95,17 @@ def test_a_moment_that_stops_a_ball_on_the_spot_is_read_well_enough_to_begin_wit
 
 def test_nothing_is_read_of_balls_that_spin_on_steadily_on_their_spot():
     assert spun_on_the_spot(lambda spin, times: spin * times) == {}
+
+
+def test_a_side_force_of_a_spin_that_nobody_stated_asks_for_the_spin(tmp_path):
+    """Balls that swerve to another side in each throw, k w x v: no law without a spin does that."""
+    generator, recordings = np.random.default_rng(5), []
+    for side in (-4.0, 3.0, -2.0, 5.0):
+
+        def swerving(place, velocity, side=side):
+            return np.array([0.0, 0.0, -9.81]) + np.cross([0.0, 0.0, 0.1 * side], velocity)
+
+        recordings += throws(swerving, 0.003, generator, (4.0,), seconds=0.7)
+    diagnosis = hlcs.diagnose(write(tmp_path, recordings, ball(0.05, 0.1, "", "noise = { position = 0.003 }")))
+    assert diagnosis.verdict == "unexplained"
+    assert "state or measure the spin, without which magnus" in diagnosis.next_experiment.text
