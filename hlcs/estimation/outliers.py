@@ -1,5 +1,6 @@
 """Outliers of a tracker: samples that stand alone are set aside, once and for all models; how many stay is told to the draws."""
 
+from operator import le
 from typing import NamedTuple
 
 import numpy as np
@@ -8,6 +9,7 @@ from scipy import special
 STANDS_OUT = 4.0  # standard deviations of a second difference: of 10,000 samples of normal noise less than one lies beyond
 FORETOLD_OUT = 3.0  # the same of an end from what is foretold of it, where it stands out from its neighbours as well
 PASSES = 3  # neighbours of outliers are outliers too: of three per cent, one in 1,000 stands third in a row
+ROUGHER = 5  # looks at most at the scatter of what is left: each raises it where it was too small, the second nearly to its end
 UNSURE = 3.0  # over the root of their number: by so much the scatter of normal noise seems larger than it is once in 40 series
 END = 1.29  # scatter of white noise about what the next four samples foretell, that about the line through two neighbours being 1
 AT_ONE_PLACE = 1e-4  # chance of as many outliers at one end, or in a row, of the series: of nine channels of each set of data
@@ -49,24 +51,28 @@ def tail_of(white):
 
 
 def rougher(series, spread):
-    """Whether the values of series [(times (n,), values (n,))] scatter about their neighbours by more than noise of that `spread`
-    does by chance: all together tell it where each is short."""
+    """Scatter of the values of series [(times (n,), values (n,))] about their neighbours, where that is more than noise of such a
+    `spread` has by chance, else that spread."""
     near = np.concatenate([_off_the_line(*one, 1)[1:-1] for one in series if len(one[0]) > 2] or [np.zeros(0)])
-    return not len(near) or 1.4826 * float(np.median(near)) > spread * (1 + UNSURE / np.sqrt(len(near)))
+    own = 1.4826 * float(np.median(near)) if len(near) else 0.0
+    return own if own > spread * (1 + UNSURE / np.sqrt(len(near) or 1)) else spread
 
 
 def isolated_in(series, spreads):
     """`isolated_outliers` of each of the series [(times (n,), values (n,))] of one channel; spreads: of noise alone in each.
 
-    Twice, since samples that stand alone make all of them look rougher than they are.
+    Rough series are measured in the scatter of what is left, of all or their own where that is larger: first in the noise, as
+    samples that stand alone make all look rougher than they are, then again, as in rough ones many seem to stand alone.
     """
-    alone = [np.zeros(len(times), bool) for times, _ in series]
-    for _ in range(2):
+    scales, noise = list(spreads), max(spreads, default=0.0)
+    for _ in range(ROUGHER):
+        alone = [isolated_outliers(*one, scale) for one, scale in zip(series, scales, strict=True)]
         kept = [(times[~its], values[~its]) for (times, values), its in zip(series, alone, strict=True)]
-        rough = rougher(kept, max(spreads, default=0.0))
-        alone = [isolated_outliers(*one, spread, rough) for one, spread in zip(series, spreads, strict=True)]
-        if not rough:
+        rough = rougher(kept, noise) / noise if noise else 1.0
+        own = [max(rougher([one], spread), rough * spread) for one, spread in zip(kept, spreads, strict=True)]
+        if rough == 1.0 or all(map(le, own, scales)):
             break
+        scales = list(map(max, own, scales))
     return anywhere(alone)
 
 
@@ -102,24 +108,24 @@ def in_a_row(flags):
     return row
 
 
-def isolated_outliers(times, values, spread=0.0, rough=True):
+def isolated_outliers(times, values, spread=0.0):
     """Samples of a series that stand alone: boolean (n,).
 
     Each sample is compared with the line through its two neighbours; smooth misfit of a model leaves little mark on that. What
-    is left is measured in `spread`, that of noise alone where it is known, or in its own robust scatter where that may be larger
-    (`rough`) and is, by more than chance. The largest go first and their neighbours are looked at again. A kink, as an impact
-    leaves in the residuals of a wrong model, stands out however many samples are taken from it, so there none is; nor are
+    is left is measured in `spread`, that of noise, or in its own robust scatter where none is known. The largest go first and
+    their neighbours are looked at again. A kink, as an impact leaves in the residuals of a wrong model, stands out however many
+    samples are taken from it, so there none is; nor are
     PASSES in a row at an end that rise or fall steadily, and go on to: there a wrong drag leaves a bend.
     """
     kept = np.arange(len(values))
     for _ in range(PASSES):
-        flags = _standing_out(times[kept], values[kept], spread, rough)
+        flags = _standing_out(times[kept], values[kept], spread)
         if not flags.any():
             break
         kept = kept[~flags]
     isolated = np.ones(len(values), bool)
     isolated[kept] = False
-    for place in kept[_standing_out(times[kept], values[kept], spread, rough)]:
+    for place in kept[_standing_out(times[kept], values[kept], spread)]:
         isolated[max(place - PASSES, 0) : place + PASSES + 1] = False
     for flags, seen in ((isolated, values), (isolated[::-1], values[::-1])):
         steady = abs(np.sign(np.diff(seen[: PASSES + 2])).sum()) == PASSES + 1
@@ -128,15 +134,15 @@ def isolated_outliers(times, values, spread=0.0, rough=True):
     return isolated
 
 
-def _standing_out(times, values, spread, rough):
+def _standing_out(times, values, spread):
     """Samples farther from the line through their neighbours than noise is, and the farthest there: boolean (n,)."""
     flags = np.zeros(len(values), bool)
     if len(values) < LEAST:
         return flags
     near, far = _off_the_line(times, values, 1), _off_the_line(times, values, 2)
-    if rough or spread <= 0:
-        own = 1.4826 * float(np.median(near[1:-1]))
-        spread = spread if own < spread * (1 + UNSURE / np.sqrt(len(values))) else own
+    unknown = spread <= 0
+    if unknown:
+        spread = 1.4826 * float(np.median(near[1:-1]))
     if spread <= 0:
         return flags
     far[[0, 1, -2, -1]] = near[[0, 1, -2, -1]]
@@ -144,11 +150,11 @@ def _standing_out(times, values, spread, rough):
     around = np.maximum(np.r_[0, size[:-1]], np.r_[size[1:], 0])
     flags = (near > STANDS_OUT * spread) & (size >= around)
     for along in (slice(None), slice(None, None, -1)):
-        _judge_end(flags[along], near[along], far[along], times[along], values[along], spread, rough)
+        _judge_end(flags[along], near[along], far[along], times[along], values[along], spread, unknown)
     return flags
 
 
-def _judge_end(flags, near, far, times, values, spread, rough):
+def _judge_end(flags, near, far, times, values, spread, unknown):
     """Flag the first sample, in place, where it and not its neighbour stands out.
 
     It marks `near` of the second sample and `far` of the third, the second sample if it is the outlier `near` of the third and
@@ -159,7 +165,7 @@ def _judge_end(flags, near, far, times, values, spread, rough):
         flags[1] = not flags[0]
     elif not flags[2:5].any():
         ahead = _foretold(times, values)
-        own = 1.4826 * float(np.median(ahead)) if rough else 0.0
+        own = 1.4826 * float(np.median(ahead)) if unknown else 0.0
         apart = abs(values[0] - np.median(values[1:5])) > STANDS_OUT * spread
         flags[0] = apart and ahead[0] > FORETOLD_OUT * max(own, END * spread)
 

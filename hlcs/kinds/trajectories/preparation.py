@@ -243,14 +243,7 @@ def beside(prepared, better):
     they were."""
     problem = prepared.problem
     known, aside = problem.step_change, problem.dropped
-    flags = aside
-    for _ in range(ALONE_AGAIN):
-        problem.leave_out([np.zeros_like(flag) for flag in flags])
-        found = isolated(problem, problem.residuals(better.model, better.initial_states))
-        problem.leave_out(found)
-        if all(map(np.array_equal, found, flags)):
-            break
-        flags, better = found, problem.fit(better.model, better.initial_states)
+    flags, better = alone_beside(problem, better)
     same = all(map(np.array_equal, flags, aside))
     if same:
         problem.step_change = known
@@ -290,11 +283,22 @@ def without(prepared, flags):
 
 def without_isolated(problem, fit):
     """(fit without the samples that stand alone, sentences); the problem leaves them out for every model alike."""
-    flags = isolated(problem, fit.linearization.raw)
-    if not any(flag.any() for flag in flags):
-        return fit, []
-    problem.leave_out(flags)
-    return problem.fit(fit.model, fit.initial_states), set_aside(problem.trials, flags)
+    flags, fit = alone_beside(problem, fit)
+    return fit, set_aside(problem.trials, flags)
+
+
+def alone_beside(problem, fit):
+    """(Samples that stand alone beside a fit, of all that were recorded, as `isolated` has them; the fit without them): one that
+    lost samples have spoilt hides others. The problem leaves them out."""
+    flags = problem.dropped
+    for _ in range(ALONE_AGAIN):
+        problem.leave_out([np.zeros_like(flag) for flag in flags])
+        found = isolated(problem, problem.residuals(fit.model, fit.initial_states))
+        problem.leave_out(found)
+        if all(map(np.array_equal, found, flags)):
+            break
+        flags, fit = found, problem.fit(fit.model, fit.initial_states)
+    return flags, fit
 
 
 def isolated(problem, raw):
