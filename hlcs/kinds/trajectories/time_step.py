@@ -19,6 +19,7 @@ CORRECTIONS = 2  # of a fit by its error: the second looks whether the first sti
 SURE = 0.5  # part of a correction that halving the shortest step may move it by: else no step is the true one
 ROUGH = 0.1  # RMS by which a correction may be wrong [sigma]: chi2 rises by 1 %
 NEAR = 3.0  # RMS by which a shorter step leads a tumbling body [sigma]: one that is led farther goes another way
+LITTLE = 0.02  # error of the step, part of the RMS that a fit leaves, below which it decides nothing: chi2 changes by 4 % at most
 STILL = 0.02  # RMS by which a finer step may move the prediction through contacts [sigma]
 MOVED = 0.1  # standard errors by which the error of the step may move a number that is told, at most
 
@@ -167,8 +168,10 @@ def polished(problem, fit):
 def alone(problem, fit):
     """A fit through contacts with the error of the time step at its own numbers taken out, in place of that of the set that the
     search went to: what a step does to one law may be no error of another (a friction that goes with the load knows none in the
-    first step)."""
+    first step). Not where it is LITTLE beside what the fit leaves."""
     if problem.step_change is None or problem.segmented:
+        return fit
+    if in_sigma(problem.step_change, problem.recordings) < LITTLE * np.sqrt(fit.reduced):
         return fit
     return _aside(problem, fit, lambda: corrected(problem, fit)[0])
 

@@ -1,5 +1,6 @@
 """The error of the time step: extrapolation to a step of zero."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -123,3 +124,14 @@ def test_a_slide_under_constant_friction_has_no_error_of_the_step(tmp_path):
     problem, model = slides(tmp_path, 1e-9, 1e-3)
     told = polished(problem, problem.fit(model))
     assert np.abs(told.step_error[0]) < 1e-3 * np.sqrt(told.covariance[0, 0])
+
+
+def test_a_fit_that_leaves_far_more_than_the_step_moves_is_judged_as_it_is(tmp_path):
+    """Friction that grows by 0.3 s/m: without it 140 times the noise is left, and the step moves the readings by half of it. With
+    it nothing is left, and the same correction is taken out anew."""
+    problem, model = slides(tmp_path, 0.3, 1e-3)
+    fit, bare = problem.fit(model), problem.fit(replace(model, terms=()))
+    time_step.corrected(problem, fit)
+    assert problem.step_change is not None and bare.reduced > 1000
+    assert time_step.alone(problem, bare) is bare
+    assert time_step.alone(problem, fit) is not fit
