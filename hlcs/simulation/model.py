@@ -110,12 +110,16 @@ class Model(Terms):
     time_step: float = 1 / 240  # of the model with contacts [s]
 
     def changes(self, surroundings):
-        """(effects for the engine with gravity first, changes of the set-up, changes of the recording) in these surroundings."""
+        """(effects for the engine with gravity first, changes of the set-up, changes of the recording) in these surroundings.
+
+        Changes act in the order of their names, however they are listed: a late clock, then a slow one, true(factor t - offset).
+        """
         stated = {entry["name"] for entry in self.fixed}
-        built = [build_entry(entry, surroundings, self.own) for entry in self.entries[: len(self.fixed)]]
-        built += [build(term.candidate.kind, term.numbers, surroundings) for term in self.terms if term.name not in stated]
-        acting = [effect for effect in built if isinstance(effect, Effect)]
-        changes = [change for change in built if isinstance(change, Change)]
+        built = [(entry["name"], build_entry(entry, surroundings, self.own)) for entry in self.entries[: len(self.fixed)]]
+        terms = [term for term in self.terms if term.name not in stated]
+        built += [(term.name, build(term.candidate.kind, term.numbers, surroundings)) for term in terms]
+        acting = [effect for _, effect in built if isinstance(effect, Effect)]
+        changes = [change for _, change in sorted(built, key=lambda each: each[0]) if isinstance(change, Change)]
         acting = compose((Gravity(acceleration=surroundings.gravity), *acting))
         if surroundings.planar and surroundings.floor_height is None:
             acting = (*acting, Carried(acting))

@@ -5,7 +5,7 @@ import tomllib
 from hlcs.data.experiment_file import Body, Surroundings
 from hlcs.data.rigid_body import rigid_body
 from hlcs.effects import candidate
-from hlcs.effects.measurement import ClockOffset
+from hlcs.effects.measurement import ClockOffset, TimeScale
 from hlcs.simulation.model import Model, Term
 from minibullet import effects
 
@@ -56,3 +56,10 @@ def test_a_model_is_printed_as_its_equations_with_its_numbers():
     meaning = "(from the stamp of the release to the release)"
     assert f"; offset = -0.1041 s {meaning}, offset A = 0.2 s {meaning}" in str(late)  # a number has its unit, in each session
     assert str(Model()).startswith("Model: gravity alone\n")
+
+
+def test_what_a_list_of_effects_says_does_not_depend_on_its_order():
+    """A clock that is late and slow: seen(t) = true(factor t - offset), whichever is written first."""
+    slow = Term(candidate(TimeScale, SURROUNDINGS, BALL, True), (("factor", 1.05),))
+    for model in (BASE.with_term(CLOCK).with_term(slow), BASE.with_term(slow).with_term(CLOCK)):
+        assert model.changes(SURROUNDINGS)[2] == [ClockOffset(0.01), TimeScale(1.05)]
