@@ -25,6 +25,17 @@ OUTCOMES = {  # of a table -> unit
     "rebound_speed_m_s": "m/s",
     "range_m": "m",
 }
+NEEDED_INPUTS = {  # without which an outcome has no law
+    "fall_time_s": ("height_m",),
+    "rebound_height_m": ("height_m",),
+    "stop_distance_m": ("speed_m_s",),
+    "slide_time_s": (),
+    "rest_height_m": (),
+    "passage_time_s": ("mark_2_m",),
+    "bounce_time_s": ("height_m", "bounce"),
+    "rebound_speed_m_s": ("impact_speed_m_s",),
+    "range_m": ("speed_m_s",),
+}
 INPUTS = {  # lowest and highest value of each input of a table
     "height_m": (0, 1e3),
     "slope": (-10, 10),

@@ -325,17 +325,6 @@ LAWS = {
     "rebound_speed_m_s": rebound_speed,
     "range_m": throw_range,
 }
-NEEDS = {
-    "fall_time_s": ("height_m",),
-    "rebound_height_m": ("height_m",),
-    "stop_distance_m": ("speed_m_s",),
-    "slide_time_s": (),
-    "rest_height_m": (),
-    "passage_time_s": ("mark_2_m",),
-    "bounce_time_s": ("height_m", "bounce"),
-    "rebound_speed_m_s": ("impact_speed_m_s",),
-    "range_m": ("speed_m_s",),
-}
 USES = {  # inputs that an outcome depends on, beside those of ROW_KEYS
     "fall_time_s": ("height_m",),
     "rebound_height_m": ("height_m", "bounce"),

@@ -4,7 +4,7 @@ import numpy as np
 
 from hlcs.data.bodies import SHAPES, impossible_density, refuse_unsized
 from hlcs.data.free_falls import remedy
-from hlcs.data.quantities import OUTCOMES
+from hlcs.data.quantities import NEEDED_INPUTS, OUTCOMES
 from hlcs.data.rigid_body import rigid_body
 from hlcs.effects.needs_of_model import check_needs
 from hlcs.simulation import outcome_motion
@@ -37,7 +37,7 @@ def check_table(file, table, own=()):
                 "one standard deviation in the unit of the column",
                 "measurement",
             )
-    for column in outcome_motion.NEEDS[table.outcome]:
+    for column in NEEDED_INPUTS[table.outcome]:
         if column not in table.inputs:
             near = nearest(column, table.inputs, LIKE)
             hint = f"; is it '{near}'?" if near else ""
