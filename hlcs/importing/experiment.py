@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hlcs.data.model_entries import FILL_IN
-from hlcs.data.quantities import OUTCOMES
+from hlcs.data.quantities import NEEDED_INPUTS, OUTCOMES
 from hlcs.data.recordings import ACCELERATIONS, COLUMNS, PIXELS
 from hlcs.files.documents import toml_value
 from hlcs.files.spreadsheets import csv_text
@@ -22,20 +22,16 @@ CONTACTS = {
     "friction": "contact coefficient of body and floor: what you believe it is, such as 0.3; diagnose tells if it is not",
     "restitution": "speed after an impact over that before it, 0 to 1: what you believe it is; diagnose tells if it is not",
 }
-# column that is asked for where a table has the first and none of the others -> what belongs there
+# what belongs in a column that is asked for where a table lacks it: inputs without which its outcome has no law
 ASKED_OF_ROWS = {
-    "height_m": (
-        "bounce",
-        (),
-        "m: of the release, from the lowest point of the body to the floor; the same in all rows: --constant height_m=0.8",
-    ),
-    "angle_deg": (
-        "slide_time_s",
-        ("slope", "speed_m_s"),
-        "degrees: how steep the slope is; the same in all rows: --constant angle_deg=5",
-    ),
-    "speed_m_s": ("range_m", (), "m/s: of the launch; the same in all rows: --constant speed_m_s=5"),
+    "height_m": "m: of the release, from the lowest point of the body to the floor; the same in all rows: --constant height_m=1",
+    "speed_m_s": "m/s: of the body where it begins; the same in all rows: --constant speed_m_s=5",
+    "impact_speed_m_s": "m/s: of the body just before it strikes; the same in all rows: --constant impact_speed_m_s=5",
+    "mark_2_m": "m: of the second mark, below the release; the same in all rows: --constant mark_2_m=0.6",
+    "bounce": "which impact after the release, 1 the first; the same in all rows: --constant bounce=2",
+    "angle_deg": "degrees: how steep the slope is; the same in all rows: --constant angle_deg=5",
 }
+MOVES_A_SLIDE = {"angle_deg", "slope", "speed_m_s"}  # a slide without any of these stays where it is
 AIR = 1.2  # density that is written [kg/m3]: left out it is any gas, whose lift and added mass need not go together
 IN_AIR = Assumption(f"the body moves in air (surroundings.fluid_density = {AIR})")
 DIGITS = ".12g"  # of numbers in the CSV: more than any export has, and 1.2 cm stay 0.012 m
@@ -54,8 +50,8 @@ class Place(NamedTuple):
 def table_of(founds, overrides):
     """The columns of one outcome table from the rows of all files, those that not all have left blank.
 
-    Constants that the user states are columns too; a bounce without its height of release, and a slide from rest without its
-    slope, have "fill in" there.
+    Constants that the user states are columns too; what the outcome cannot be computed without, and a slide from rest not without
+    its slope, has "fill in" there.
     """
     names = dict.fromkeys(name for found in founds for name in found.rows)
     rows = {}
@@ -68,9 +64,10 @@ def table_of(founds, overrides):
         rows[name] = [part if isinstance(part, str) else rounded(part) for part in parts]
     count = len(next(iter(rows.values())))
     constants = {name: [value] * count for name, value in overrides.constant.items() if name not in rows}
-    for column, (where, others, _) in ASKED_OF_ROWS.items():
-        if where in rows and not {column, *others} & {*rows, *constants}:
-            constants[column] = [FILL_IN] * count
+    asked = [column for name in rows for column in NEEDED_INPUTS.get(name, ())]
+    if "slide_time_s" in rows and not MOVES_A_SLIDE & {*rows, *constants}:
+        asked.append("angle_deg")
+    constants |= {column: [FILL_IN] * count for column in asked if column not in {*rows, *constants}}
     return constants | rows
 
 

@@ -264,7 +264,7 @@ def _places_in(contents):
         for number, cells in enumerate(lines, start=2):
             if FILL_IN in cells:
                 asked = header[cells.index(FILL_IN)]
-                places.append(Place(name, number, asked, ASKED_OF_ROWS[asked][-1]))
+                places.append(Place(name, number, asked, ASKED_OF_ROWS[asked]))
     return places
 
 

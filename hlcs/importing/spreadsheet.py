@@ -24,6 +24,7 @@ from minibullet.errors import InputError, shown
 
 NAME = "spreadsheet"
 USES = ("up", "length_unit", "time_unit", "frame_rate", "column", "constant")
+OFTEN, PART = 3, 0.2  # how many times beside heights, and which part, do not rise where they are of falls: repeats scatter
 FIRST_ROWS = 12  # in which the row of names stands
 WORDS = {  # what people write above a column, in English, German, French and Spanish -> the column
     "t_s": "t, time, zeit, laufzeit, temps, tiempo, time stamp, timestamp",
@@ -50,7 +51,8 @@ WORDS = {  # what people write above a column, in English, German, French and Sp
     "mark_2_m": "second mark, lower mark, marke 2, zweite marke, untere marke, marque 2, marca 2",
     "spin_rad_s": "spin, spin rate, backspin",
     "speed_m_s": "speed, start speed, initial speed, launch speed, ball speed, initial velocity, launch velocity, "
-    "geschwindigkeit, abwurfgeschwindigkeit, vitesse, vitesse initiale, velocidad, velocidad inicial",
+    "geschwindigkeit, startgeschwindigkeit, anfangsgeschwindigkeit, abwurfgeschwindigkeit, "
+    "vitesse, vitesse initiale, velocidad, velocidad inicial",
     "angle_deg": "angle, launch angle, winkel, abwurfwinkel, angle de tir, ángulo, ángulo de lanzamiento",
     "bounce": "bounce, bounce number, bounce no, number of bounce, impact, aufprall, nummer des aufpralls, rebond, bote",
     "distance_m": "distance, strecke, weg, abstand, distancia",
@@ -202,8 +204,9 @@ def _columns(grid, head, first, overrides, repeats=False):
             )
         halved = word in DIAMETERS and cell not in overrides.column
         found[name] = Column(index, unit, 0.5 if halved else 1.0)
-    if "t_s" in found and not {*found} & {*COLUMNS[1:], *PIXELS, *ACCELERATIONS}:  # samples are taken one after another
-        repeats |= bool(np.any(np.diff(grid.column(first, found["t_s"].index, "t_s")) <= 0))
+    if "t_s" in found and not {*found} & {*COLUMNS[1:3], *COLUMNS[4:], *PIXELS, *ACCELERATIONS}:  # samples: one after another
+        back = np.diff(grid.column(first, found["t_s"].index, "t_s")) <= 0
+        repeats |= bool(back.any()) if "z_m" not in found else back.sum() >= OFTEN and back.mean() > PART
     if beside := _time_beside(found, overrides, repeats):
         found[beside] = found.pop("t_s")
     if "bounce" in found and "z_m" in found and not {*found} & {*OUTCOMES, "t_s", "frame"}:

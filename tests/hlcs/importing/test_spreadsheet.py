@@ -129,8 +129,8 @@ def test_constants_become_columns_of_a_table(imported):
 
 def test_angles_in_radians_are_degrees_in_a_table(imported):
     """0.5 rad = 28.6478897565 degrees."""
-    _, tables = imported("angle [rad],sliding distance [mm]\n0.5,812\n0.5,815\n", "csv")
-    assert tables["measurements.csv"] == {"angle_deg": ["28.6478897565"] * 2, "stop_distance_m": ["0.812", "0.815"]}
+    _, tables = imported("angle [rad],slide time [s]\n0.5,0.81\n0.5,0.82\n", "csv")
+    assert tables["measurements.csv"] == {"angle_deg": ["28.6478897565"] * 2, "slide_time_s": ["0.81", "0.82"]}
 
 
 @pytest.mark.parametrize(
@@ -384,3 +384,25 @@ def test_units_say_which_column_could_be_a_time_and_which_a_position(refused):
     text = "Run 1: Time (s),Run 1: Position (m)\n0,1.2\n0.1,1.15\n"
     refused(text, "csv", 'such as --column "Run 1: Position (m)=z_m" --column "Run 1: Time (s)=t_s"')
     refused("20 cm,35 cm\n197,265\n198,265\n", "csv", "their names are values", "a column of their own")
+
+
+def test_times_that_scatter_beside_heights_are_of_falls(imported):
+    """Three readings of each height, by two persons: samples of one motion are taken one after another."""
+    rows = [f"{height},{who},{0.45 * height**0.5 + 0.02 * (k % 2):.2f}" for height in (1, 2, 3) for who in "AB" for k in range(3)]
+    _, tables = imported("\n".join(["height [m],observer,time [s]", *rows]) + "\n", "csv")
+    assert tables["measurements.csv"].keys() == {"height_m", "group", "fall_time_s"}
+    assert tables["measurements.csv"]["group"][:6] == [*"AAABBB"]
+
+
+@pytest.mark.parametrize(
+    ("head", "asked"),
+    [
+        ("Bremsweg (cm)", "speed_m_s"),
+        ("fall time (s)", "height_m"),
+        ("rebound speed (m/s)", "impact_speed_m_s"),
+        ("passage time (s)", "mark_2_m"),
+    ],
+)
+def test_what_an_outcome_cannot_do_without_is_asked_for(imported, head, asked):
+    _, tables = imported(f"mass (g),{head}\n20,1.2\n20,1.3\n", "csv")
+    assert tables["measurements.csv"][asked] == ["fill in"] * 2
