@@ -14,6 +14,7 @@ LEAST_FREEDOM = 3  # from which a scatter is read
 SEEN = 0.01  # probability below which chance does not explain what is seen: as of the adequacy of a model
 LEAST_REPEATS = 3  # of a setting, one of which was misread: of two that differ nobody knows which is wrong
 OFF = 4.0  # times the range of all others of its setting that a misread row lies off them: scatter may grow with the outcome
+GROUPS_TOLD = 6  # at most, those that lie farthest off
 MOST_MISREAD = 0.1  # of all rows: beyond it such rows are no misreadings but what happens
 AT_ONCE = 4_000_000  # numbers that are drawn at a time: 32 MB
 DRAWS = 2000  # of scatter without misreadings or order, beside which rows and settings are compared
@@ -65,9 +66,14 @@ def groups_told(table):
     apart = between_groups(table)
     if not apart.seen:
         return ()
+    unit, off = OUTCOMES[table.outcome], off_means(table.values, table.setting)
+    means = {name: float(np.mean(off[table.groups == name])) for name in np.unique(table.groups)}
+    told = ", ".join(f"{name} {mean:+.2g}" for name, mean in sorted(means.items(), key=lambda each: -abs(each[1]))[:GROUPS_TOLD])
     return (
-        f"rows of equal inputs differ by {apart.size:.2g} {OUTCOMES[table.outcome]} from group to group, beyond what rows of one "
-        "group do: it depends on who or what measured there, which no effect explains; compare the groups one by one",
+        f"rows of equal inputs differ by {apart.size:.2g} {unit} from group to group, beyond what rows of one group do: it "
+        "depends on who or what measured there, which no effect explains; "
+        f"off the means of their settings lie, in {unit}, {told}; "
+        "compare the groups one by one, each in a table of its own",
     )
 
 
