@@ -90,6 +90,8 @@ class Track(NamedTuple):
 
     def _impact(self, index, step):
         """Does an impact make the velocity jump inside the steps `index` (B, n, 1), and after which part of them (B, n, 1)?"""
+        if not self.pushed.any():  # a flight: nothing to be looked for at each sample
+            return np.zeros((1, 1, 1), bool), 0.0
         who, step = np.arange(self.position.shape[1])[:, None], step[..., None]
         after = self.velocity[index + 1, who] * step
         jump = self.velocity[index, who] * step - after
