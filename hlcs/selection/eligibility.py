@@ -41,6 +41,7 @@ NEEDS = {
     ),
     Need.SIZE: ("the size of the body is not stated", lambda shown: all(trial.body.sized for trial in shown.trials)),
     Need.SPHERE: ("the body is no sphere", lambda shown: all(trial.body.shape == "sphere" for trial in shown.trials)),
+    Need.EDGES: ("a sphere has no edges", lambda shown: all(trial.body.shape != "sphere" for trial in shown.trials)),
     Need.FLUID: (
         "the file states a vacuum (fluid_density = 0.0)",
         lambda shown: any(trial.surroundings.fluid_density for trial in shown.trials),

@@ -157,6 +157,7 @@ class Need(Enum):
     MASS_AND_SIZE = auto()  # of the body
     SIZE = auto()  # of the body, whatever its mass
     SPHERE = auto()  # the law is that of no other shape
+    EDGES = auto()  # and faces: what a sphere has not
     FLUID = auto()  # around the body: nothing of it acts in a vacuum
     FLOOR = auto()  # a plane that something happens at
     CONTACT = auto()  # bodies that touch

@@ -82,7 +82,7 @@ class OrientationDrag(DragModifier):
     symbols = {"c": "direction of the drag in body axes", "b": "number that follows from the ratio"}
     looks_like = "A drag that rises and falls as the body tumbles, and a push to the side while it falls on an edge."
     confused_with = ("magnus", "quadratic_drag")
-    needs = (Need.FLUID, Need.SPIN)
+    needs = (Need.FLUID, Need.EDGES, Need.SPIN)
 
     def forces(self, bodies, time):
         drag = self.through_wrench(bodies, time)[:, :3]

@@ -275,6 +275,7 @@ def table_candidates(file, table, names, own):
         Need.MASS_AND_SIZE: known_body(body),
         Need.SIZE: body.sized,
         Need.SPHERE: body.shape == "sphere",
+        Need.EDGES: body.shape != "sphere",
         Need.SPIN: bool(np.any(inputs.get("spin_rad_s", 0.0))),
     }
     extent = float(max((np.max(inputs[name]) for name in LENGTHS if name in inputs), default=1.0))
