@@ -1,6 +1,7 @@
 """Initial states of recordings whose fit got stuck on its way through impacts, fitted anew over a growing stretch of each."""
 
 import numpy as np
+from scipy import special
 
 from hlcs.estimation.fitting import chi2_of
 from hlcs.estimation.least_squares import least_squares
@@ -11,6 +12,12 @@ BAD = 2.0  # chi2 per degree of freedom of a recording above which its initial s
 STRETCHES = (0.3, 0.6, 1.0)  # parts of a recording that are fitted one after the other
 DAMPINGS = (0.0, 1e-3, 0.03, 1.0)  # of Levenberg and Marquardt, tried in one batch
 ROUNDS = 5  # steps on each stretch
+UNLIKELY = 1e-3  # of noise to leave as much: beyond, the states around are tried as well
+AROUND = 48  # states that are tried around one
+SIZES = (0.5, 2.0, 6.0, 20.0)  # of the moves there, in standard errors by its columns
+FAINT = 0.01  # of what the columns tell best: what they tell less of is moved by no more
+NEAREST = 3  # of them from which steps are taken
+SEARCHES = 4  # such rounds
 
 
 def refit_initial_states(problem, fit):
@@ -54,6 +61,51 @@ def improve_for(rounds, problem, model, states, stretches):
     for _ in range(rounds):
         if len(active):
             active = improve(problem, model, states, stretches, active)
+
+
+def searched(problem, model, states, which):
+    """Initial states (trials, 13), those of the recordings `which` that are still missed by more than noise sought around them.
+
+    Where an impact passes from one corner to another, chi2 has a kink that no slope leads over, and minima on both sides of it.
+    Of states drawn around the best one the nearest to the data begin steps of their own; the draws are the same for each.
+    """
+    states, whole = states.copy(), dict.fromkeys(which, slice(None))
+    chi2 = dict(zip(which, chi2_over(problem, model, states[which], which, whole), strict=True))
+    generator = np.random.default_rng(0)
+    draws = generator.normal(size=(SEARCHES, AROUND, 12)) * np.resize(SIZES, AROUND)[:, None]
+    for draw in draws:
+        missed = [k for k in which if chi2[k] > noise_leaves(problem.recordings[k]) and problem.recordings[k].unknown]
+        stuck = np.array(missed, dtype=int)
+        if len(stuck) == 0:
+            break
+        columns = problem.linearise(model, states, only=stuck).state_columns
+        tried = np.concatenate(
+            [around(states[k], problem.recordings[k].unknown, n, draw) for k, n in zip(stuck, columns, strict=True)]
+        )
+        found = chi2_over(problem, model, tried, np.repeat(stuck, AROUND), whole).reshape(-1, AROUND)
+        nearest = np.argsort(found, axis=1)[:, :NEAREST]
+        for place in range(NEAREST):
+            begun = states.copy()
+            begun[stuck] = tried.reshape(len(stuck), AROUND, -1)[np.arange(len(stuck)), nearest[:, place]]
+            improve_for(ROUNDS, problem, model, begun, {k: whole[k] for k in stuck})
+            for k, left in zip(stuck, chi2_over(problem, model, begun[stuck], stuck, whole), strict=True):
+                if left < chi2[k]:
+                    chi2[k], states[k] = left, begun[k]
+    return states
+
+
+def noise_leaves(recording):
+    """chi2 that noise leaves of a recording, exceeded once in 1/UNLIKELY."""
+    return special.chdtri(max(len(recording.times) - len(recording.unknown), 1), UNLIKELY)
+
+
+def around(state, unknown, columns, draws):
+    """Initial states (draws, 13) around one, moved along what its columns (n, unknowns) tell by draws (draws, 12), in standard
+    errors."""
+    _, size, axes = np.linalg.svd(columns, full_matrices=False)
+    errors = 1 / np.maximum(size, max(FAINT * size[0], 1e-300))
+    moves = (draws[:, : len(size)] * errors) @ axes
+    return np.array([stepped(state, unknown, move) for move in moves])
 
 
 def chi2_over(problem, model, states, owner, stretches):

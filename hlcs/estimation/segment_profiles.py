@@ -9,6 +9,7 @@ with other segments (P. J. Huber, Proc. 5th Berkeley Symp. 1 (1967) 221; cluster
 """
 
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +18,7 @@ from scipy import special
 from hlcs.estimation import fitting
 from hlcs.estimation.fitting import fit_at, with_values
 from hlcs.estimation.linearization import free_numbers
-from hlcs.estimation.multiple_shooting import chi2_over, grown_states, improve_for, regrown
+from hlcs.estimation.multiple_shooting import chi2_over, grown_states, improve_for, regrown, searched
 
 VALUES = 9  # of a number, at which all segments are fitted anew: a parabola through them averages what single fits leave
 WIDE = 0.1  # half of the first line of values, part of the plausible range: fits through impacts end so far from the minimum
@@ -26,8 +27,8 @@ REACH = (
 )
 LINES = 4  # through a number at most, until a short one has the minimum inside
 GROWN = 3  # at one value of so many initial states are also sought from the samples anew: its neighbours take them over
-EXCHANGES = 3  # rounds in which segments try the initial states of the neighbouring values
-SETTLED = 0.02  # fall of chi2 along the line, relative, below which no segment has gained from its neighbours
+EXCHANGES = 4  # rounds in which segments try the initial states of the other values
+BUMP = 1.0  # chi2 above the mean of the values on both sides beyond which a minimum was missed, not more than noise may do
 ROUNDS = 4  # steps of the initial states in each of them
 TAIL = 0.95  # of Student's law, at which an error from few segments is told as one from many
 ALONE = 0.95  # part of what is known of a number that one segment may tell: beyond, the others do not see that it is wrong
@@ -76,7 +77,9 @@ def fit(problem, model, initial_states, limit=None):
     to the `limit` of `fitting.fit`.
     """
     there = fit_at(model, initial_states, problem.linearise(model, initial_states))
-    if (states := regrown(problem, there)) is not initial_states:  # those of another model may lie beyond an impact from here
+    states = regrown(problem, there)  # those of another model may lie beyond an impact from here
+    states = searched(problem, model, states, np.arange(len(states)))
+    if not np.array_equal(states, initial_states):
         there = fit_at(model, states, problem.linearise(model, states))
     first = there
     for index in told_by_data(there):
@@ -107,9 +110,9 @@ def centred(problem, fit, index, thorough=True):
         reading = read(line, freedom)
         inside = reading is not None and line.offsets[0] < reading.offset < line.offsets[-1]
         if inside and short:
-            return moved(problem, fit, line, reading.offset), reading
+            return moved(problem, fit, line, reading.offset, thorough), reading
         lowest = reading.offset if inside else line.offsets[np.argmin(line.chi2.sum(axis=1))]
-        fit = moved(problem, fit, line, lowest)
+        fit = moved(problem, fit, line, lowest, thorough)
         short, reach = inside, REACH * reading.bare if inside else wide
     return fit, None
 
@@ -117,7 +120,8 @@ def centred(problem, fit, index, thorough=True):
 def along(problem, fit, index, reach, thorough):
     """The Line through a fit on which one number leads, as far as `reach`, and the others follow as chi2 asks them to.
 
-    thorough: are initial states also sought from the samples anew, and tried at neighbouring values?
+    thorough: are initial states also sought from the samples anew and around those that are missed, and passed on from value to
+    value until none is better?
     """
     free, covariance = free_numbers(fit.model)[index], fit.covariance
     ends = [fit.estimate[index] + side * reach for side in (-1, 1)]
@@ -127,36 +131,63 @@ def along(problem, fit, index, reach, thorough):
         covariance[:, index] / covariance[index, index] if covariance[index, index] > 0 else np.eye(len(covariance))[index]
     )
     models = [with_values(fit.model, fit.estimate + offset * direction) for offset in offsets]
-    everyone = np.arange(len(problem.trials))
-    whole = dict.fromkeys(everyone, slice(None))
-
-    def improved(model, states):
-        states = states.copy()
-        improve_for(ROUNDS, problem, model, states, whole)
-        return chi2_over(problem, model, states, everyone, whole), states
-
-    def first(place):
-        options = [improved(models[place], fit.initial_states)]
-        if thorough and place % GROWN == GROWN // 2:
-            options.append(improved(models[place], grown_states(problem, models[place], everyone)))
-        return best(options)
-
-    def exchanged(place):
-        options = [results[place]]
-        for other in (place - 1, place + 1):
-            if 0 <= other < len(models):
-                states = results[other][1]
-                options.append((chi2_over(problem, models[place], states, everyone, whole), states))
-        return best([options[0], improved(models[place], best(options)[1])])
-
-    results = problem.batched([lambda place=place: first(place) for place in range(len(models))])
+    ways = [partial(_first, problem, model, fit.initial_states, thorough) for model in models]
+    if thorough:
+        ways[GROWN // 2 :: GROWN] = [partial(way, grown=True) for way in ways[GROWN // 2 :: GROWN]]
+    results = problem.batched(ways)
     for _ in range(EXCHANGES if thorough else 0):
-        before = sum(result[0] for result in results)
-        results = problem.batched([lambda place=place: exchanged(place) for place in range(len(models))])
-        if (sum(result[0] for result in results) > (1 - SETTLED) * before).all():
+        before = results
+        results = problem.batched([partial(_exchanged, problem, models, before, at, thorough) for at in range(len(models))])
+        if all(np.array_equal(old[1], new[1]) for old, new in zip(before, results, strict=True)):
             break
+    results = problem.batched([partial(_shared, problem, models, results, at) for at in range(len(models))])
     chi2, states = (np.array(part) for part in zip(*results, strict=True))
     return Line(offsets, direction, chi2, states)
+
+
+def _first(problem, model, states, thorough, grown=False):
+    """(chi2, states) of all segments at a point of a line, from these states; grown: and from their first samples."""
+    everyone = np.arange(len(states))
+    begun = [states, *([grown_states(problem, model, everyone)] if grown else [])]
+    return best([_improved(problem, model, states, everyone, thorough) for states in begun])
+
+
+def _shared(problem, models, results, at):
+    """(chi2, states) at point `at` of a line, the best of what stands at all of them, results: [(chi2, states)]."""
+    everyone = np.arange(len(results[at][0]))
+    others = [states for place, (_, states) in enumerate(results) if place != at]
+    return best([results[at], *((_left(problem, models[at], states, everyone), states) for states in others)])
+
+
+def _exchanged(problem, models, results, at, thorough):
+    """(chi2, states) at point `at` of a line, the best of what stands at all of them, results: [(chi2, states)], improved there.
+
+    Along a line chi2 of a segment bends up or has a kink where it passes to another way; where it lies above the mean of the
+    points on both sides, a way was missed, and those from there are improved as well.
+    """
+    model, own, options = models[at], results[at][0], [_shared(problem, models, results, at)]
+    if len(better := np.flatnonzero(options[0][0] < own)):
+        options.append(_improved(problem, model, options[0][1], better, thorough))
+    beside = results[at - 1 : at + 2 : 2] if 0 < at < len(models) - 1 else []
+    if beside and len(above := np.flatnonzero(own > BUMP + np.mean([chi2 for chi2, _ in beside], axis=0))):
+        options += [_improved(problem, model, states, above, thorough) for _, states in beside]
+    return best(options)
+
+
+def _improved(problem, model, states, which, thorough):
+    """(chi2, states) after some steps of the segments `which`."""
+    states = states.copy()
+    improve_for(ROUNDS, problem, model, states, dict.fromkeys(which, slice(None)))
+    if thorough:
+        states = searched(problem, model, states, which)
+    return _left(problem, model, states, which), states
+
+
+def _left(problem, model, states, which):
+    """chi2 (segments,) at initial states, infinite of all segments but those `which`."""
+    chi2 = np.full(len(states), np.inf)
+    chi2[which] = chi2_over(problem, model, states[which], which, dict.fromkeys(which, slice(None)))
+    return chi2
 
 
 def best(options):
@@ -187,9 +218,9 @@ def read(line, freedom):
     return Reading(float(offset), float(bend**-0.5), float(max(scatter, bend**-0.5)), float(telling.max()))
 
 
-def moved(problem, fit, line, offset):
-    """The Fit at an offset on a Line, from the initial states of its nearest point."""
+def moved(problem, fit, line, offset, thorough):
+    """The Fit at an offset on a Line, from the initial states of its nearest point; thorough: as of `along`."""
     nearest = int(np.argmin(np.abs(line.offsets - offset)))
-    model, states = with_values(fit.model, fit.estimate + offset * line.direction), line.states[nearest].copy()
-    improve_for(ROUNDS, problem, model, states, dict.fromkeys(np.arange(len(states)), slice(None)))
+    model, states = with_values(fit.model, fit.estimate + offset * line.direction), line.states[nearest]
+    _, states = _improved(problem, model, states, np.arange(len(states)), thorough)
     return fit_at(model, states, problem.linearise(model, states), fit.converged)
