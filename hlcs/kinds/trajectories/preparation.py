@@ -226,6 +226,7 @@ def fitted(problem, model, likely=()):
     base = problem.fit(model)
     if problem.segmented:
         base = each_in_its_steps(problem, refit_initial_states(problem, base))
+        base, _ = without_isolated(problem, base)  # what has lost a sample is not lost itself
         models = [replace(model, terms=(*model.terms, *terms)) for terms in likely]
         for _ in range(SPLITS):
             before, (problem, base) = problem, split_further(problem, base, models)
