@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hlcs.data.rigid_body import rigid_body, support
-from hlcs.estimation.multiple_shooting import chi2_over, grown_states, refit_initial_states
+from hlcs.estimation.fitting import chi2_of, fit_at
+from hlcs.estimation.multiple_shooting import chi2_over, grown_states, noise_leaves, regrown
 from hlcs.estimation.trajectory_problem import TrajectoryProblem
 from hlcs.simulation.contact_motion import lies_on_a_face
 from hlcs.simulation.initial_state import UNSEEN, shifted
@@ -20,6 +21,8 @@ GROWTH = 8.0  # times by which a change of the initial state may grow over a rec
 CALM = 4.0  # the same over a segment; one impact gives two to four
 NOISES = 3.0  # change of an initial state that is followed [sigma]
 SHORTEST = 12  # samples of a segment: fewer do not tell its initial state and anything besides
+SHORT = 6  # the same of one that no initial state follows beside the best model: it is to tell nothing, and to mislead none
+FEW = 0.2  # part of the segments that may be such: where more are, the model lacks a law
 LOST = 2.0  # chi2 per degree of freedom of a segment that is halved again: noise of 72 readings leaves it once in a million
 SPLITS = 4  # times that a segment may be: a sixteenth of one is shorter than SHORTEST
 REST = 1.0  # of a body that has come to rest this much is kept [s]
@@ -33,9 +36,9 @@ class Segment(NamedTuple):
     seated: bool  # does it start on its floor?
     halvings: int  # of the time step
 
-    def halved(self, noise):
-        """The two Segments of its halves."""
-        first, second = halves(self.trial)
+    def halved(self, noise, shortest=SHORTEST):
+        """The two Segments of its halves, of so many samples at least."""
+        first, second = halves(self.trial, shortest)
         later = Segment(second, second.times[0], _seated(second, noise), self.halvings)
         return [self._replace(trial=first), later]
 
@@ -94,6 +97,17 @@ def segment_notes(problem):
     ]
 
 
+def lost_notes(problem, finer):
+    """Sentences on the segments of a problem that `split_lost` has halved."""
+    halved = len(finer.trials) - len(problem.trials)
+    if not halved:
+        return ()
+    return (
+        f"{halved} of {len(problem.trials)} segments are halved once more: no initial state follows them, as where two corners "
+        "hit at once, which rigid bodies do not foresee",
+    )
+
+
 def split_further(problem, fit, likely):
     """(Problem, its fit): segments that no initial state follows are halved; the states of the others are kept.
 
@@ -109,19 +123,50 @@ def split_further(problem, fit, likely):
         if len(which):
             chi2 = chi2_over(problem, model, grown_states(problem, model, which)[which], which, dict.fromkeys(which, slice(None)))
             lost[which] = chi2 > LOST * freedom[which]
-    segments, states = [], []  # states: None = to be guessed
-    for segment, state, halve in zip(segments_of(problem), fit.initial_states, lost, strict=True):
-        if halve:
-            segments += segment.halved(problem.noise)
-            states += [None, None]
-        else:
-            segments.append(segment)
-            states.append(state)
-    if len(segments) == len(problem.trials):
+    return halved(problem, fit, lost)
+
+
+def split_lost(problem, fit):
+    """(Problem, its fit): the few segments that no initial state follows beside the best model are halved, down to SHORT samples.
+
+    An impact at two corners at once has no one outcome that rigid bodies foresee, and asks for no law: with an initial state on
+    either side of it nobody has to. Where many are lost the model lacks something, and nothing is halved.
+    """
+    chi2 = chi2_of(fit.linearization.white)
+    lost = chi2 > [noise_leaves(recording) for recording in problem.recordings]
+    if np.sum(lost) > FEW * len(lost):
         return problem, fit
+    return halved(problem, fit, lost & [len(trial.times) >= 2 * SHORT for trial in problem.trials], SHORT)
+
+
+def halved(problem, fit, which, shortest=SHORTEST):
+    """(Problem with segments halved, its fit); which: of these, (trials,) booleans; shortest: as of `Segment.halved`."""
+    if not np.any(which):
+        return problem, fit
+    segments, aside = [], []
+    for segment, flags, halve in zip(segments_of(problem), problem.dropped, which, strict=True):
+        parts = segment.halved(problem.noise, shortest) if halve else [segment]
+        segments += parts
+        aside += np.split(flags, [len(parts[0].trial.times)])[: len(parts)]
     finer = _problem(problem, fit.model, segments)
-    states = [guess if state is None else state for guess, state in zip(finer.initial_guess(), states, strict=True)]
-    return finer, refit_initial_states(finer, finer.fit(fit.model, np.array(states)))
+    finer.leave_out(aside)
+    held = finer.fit(fit.model.held(), adopted(finer, problem, fit.initial_states, ~which))
+    states = regrown(finer, held)
+    return finer, fit_at(fit.model, states, finer.linearise(fit.model, states), fit.converged)
+
+
+def adopted(problem, former, states, known=True):
+    """Initial states (trials, 13) of a problem from those of one that was split less far: of segments that begin alike the same,
+    of others guesses; known: of which they are taken, (trials,) booleans."""
+
+    def beginning(trial):
+        return trial.recording or trial.name, trial.first_row
+
+    of_former = zip(former.trials, states, np.broadcast_to(known, len(states)), strict=True)
+    there = {beginning(trial): state for trial, state, its in of_former if its}
+    return np.array(
+        [there.get(beginning(trial), guess) for trial, guess in zip(problem.trials, problem.initial_guess(), strict=True)]
+    )
 
 
 def longest(trial):
@@ -152,10 +197,11 @@ def gaps(trial):
     return lift - reach
 
 
-def halves(trial):
-    """The two parts of a recording, split in its middle third where the body is farthest from its floor."""
+def halves(trial, shortest=SHORTEST):
+    """The two parts of a recording, of so many samples at least, split in its middle third where the body is farthest from its
+    floor."""
     count = len(trial.times)
-    inside = np.arange(max(count // 3, SHORTEST), min(count - count // 3, count - SHORTEST) + 1)
+    inside = np.arange(max(count // 3, shortest), min(count - count // 3, count - shortest) + 1)
     height = np.nan_to_num(gaps(trial)[inside], nan=-np.inf, posinf=0.0)
     middle = int(inside[np.argmax(height - 1e-9 * np.abs(inside - count / 2))])
     return part_of(trial, 0, middle), part_of(trial, middle, count)

@@ -81,10 +81,20 @@ class Tabulated:
 
     @staticmethod
     def polished(problem, fit):
-        """The fit itself: no time step stands between it and the numbers."""
+        """(Problem, fit) as they are: no time step stands between them and the numbers."""
+        return problem, fit
+
+    @staticmethod
+    def alone(problem, fit):
+        """The fit itself."""
         return fit
 
-    alone = with_step_error = polished
+    with_step_error = alone
+
+    @staticmethod
+    def polished_notes(problem, final):
+        """None: nothing is changed."""
+        return ()
 
     @staticmethod
     def moved(problem):

@@ -39,16 +39,17 @@ class Selection(Found):
 def select(experiment, prepared, search, cross_validation, absent, on_all=lambda problem, fit: (problem, fit)):
     """The Selection from a search that has run.
 
-    experiment: has `measure` of the error, `judge` (problem, fit) -> (Adequacy, table of observations), `where` (problem, table)
-    -> rows, `polished` (problem, fit) -> the final fit, `alone` (problem, fit) -> one that owes nothing to other sets,
-    `with_step_error` (problem, fit) -> one whose numbers have that of the time step, `learn` (problem, fit) -> the law that
-    explains the rest, or None, `noise_shown` (problem, fit) -> the noise with which all would be explained, or None,
-    `starts_shown` (problem, fit) -> the starts with which it would be, or None, `moved` (problem) -> how fast bodies moved, and
-    `pictures`; prepared: has the problem and the fit of the model under test; absent: {name: why it was not tried}; on_all:
-    function (problem, fit) -> the same on all rows, for the verdict and the numbers, where the search has fewer.
+    experiment: has `measure` of the error, `judge` (problem, fit) -> (Adequacy, table of observations), `where` (problem,
+    table) -> rows, `polished` (problem, fit) -> the final ones, `polished_notes` (problem, final one) -> what that changed,
+    `alone` (problem, fit) -> a fit that owes nothing to other sets, `with_step_error` (problem, fit) -> one whose numbers
+    have that of the time step, `learn` (problem, fit) -> the law that explains the rest, or None, `noise_shown` (problem,
+    fit) -> the noise with which all would be explained, or None, `starts_shown` (problem, fit) -> the starts with which it
+    would be, or None, `moved` (problem) -> how fast bodies moved, and `pictures`; prepared: has the problem and the fit of
+    the model under test; absent: {name: why it was not tried}; on_all: function (problem, fit) -> the same on all rows, for
+    the verdict and the numbers, where the search has fewer.
     """
     problem, base = prepared.problem, prepared.base
-    judged = on_all(problem, base)
+    judged = on_all(*experiment.polished(problem, base))
     before, table_before = experiment.judge(*judged)
     finished = finals(experiment, problem, search, {frozenset(): (base, (*judged, before, table_before))}, on_all)
     fitted = partial(FittedSets, search, cross_validation, alone=experiment.alone)
@@ -64,6 +65,7 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     told |= {members: finished(members)[1] for members in (effects, *sets.absorbing)}
     errors = partial(held_out_error, problem, cross_validation)
     parameters = _parameters(sets, told, sets.tied)
+    said = (*prepared.notes, *prepared.aside, *experiment.polished_notes(problem, judged))
     return Selection(
         effects=ordered,
         ambiguous=tuple((name, *others) for name, others in places.items() if others),
@@ -82,7 +84,7 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
         where=experiment.where(judged, table_after),
         model=best.model,
         pictures=experiment.pictures(problem, table_before, table_after),
-        notes=(*prepared.notes, *prepared.aside, *_doubts(best, parameters), *search.budget.notes()),
+        notes=(*said, *_doubts(best, parameters), *search.budget.notes()),
         sets=tuple(_described(sets, members, errors, parameters) for members in sets.tied),
         inclusion=sets.inclusion,
         explained=explained(base, final),
@@ -123,7 +125,7 @@ def finals(experiment, problem, search, known, on_all):
     def finished(effects):
         fit = search.fits[effects]
         if effects not in known or known[effects][0] is not fit:
-            judged, final = on_all(problem, experiment.polished(problem, fit))
+            judged, final = on_all(*experiment.polished(problem, fit))
             known[effects] = fit, (judged, final, *experiment.judge(judged, final))
         return known[effects][1]
 

@@ -55,6 +55,10 @@ class Terms:
         """The model with other numbers in its term number `index`."""
         return replace(self, terms=self.terms[:index] + (self.terms[index].at(numbers),) + self.terms[index + 1 :])
 
+    def held(self):
+        """The model with all its numbers held where they are."""
+        return replace(self, terms=tuple(replace(term, candidate=replace(term.candidate, free=())) for term in self.terms))
+
     @property
     def numbers(self):
         """The numbers of its effects, {effect: {number: value}}."""

@@ -18,10 +18,11 @@ from hlcs.effects.needs_of_model import check_needs
 from hlcs.estimation.budget import SMOOTH_LIMIT, only, screening_subset
 from hlcs.estimation.cross_validation import FEW_RECORDINGS, CrossValidation
 from hlcs.estimation.noise_model import estimate_noise, shown_by_curves
+from hlcs.estimation.segments import lost_notes
 from hlcs.kinds.noise_shown import Shown, noise_shown
 from hlcs.kinds.protocol import Observation, misfit
 from hlcs.kinds.trajectories.contact_numbers import numbers_at
-from hlcs.kinds.trajectories.observations import judge, where_it_fails
+from hlcs.kinds.trajectories.observations import judge, recordings_of, where_it_fails
 from hlcs.kinds.trajectories.preparation import beside, prepare, starts_seated, touches, without
 from hlcs.kinds.trajectories.release import let_go
 from hlcs.kinds.trajectories.sinking import drags_between_impacts, drags_shown
@@ -65,7 +66,7 @@ class Trajectories:
     unjudged = Reason.NOT_JUDGED()
     judge, where = staticmethod(judge), staticmethod(where_it_fails)
     alone, polished, with_step_error = staticmethod(alone), staticmethod(polished), staticmethod(with_step_error)
-    learn = staticmethod(learn)
+    polished_notes, learn = staticmethod(lost_notes), staticmethod(learn)
     starts_shown = staticmethod(partial(starts_shown, judge=judge))
 
     def __init__(self, file, options):
@@ -210,6 +211,7 @@ class Trajectories:
 
     @staticmethod
     def pictures(problem, before, after):
-        """What the figure of a Diagnosis draws."""
-        names = tuple(trial.name for trial in problem.trials)
+        """What the figure of a Diagnosis draws, segments as the recordings that they are parts of."""
+        names = tuple(recordings_of(problem))
+        before, after = (table | {"trial": table["recording"]} for table in (before, after))
         return Pictures(before, after, names, "time", "time [s]", CHANNELS, tuple(np.repeat(CHANNEL_UNITS, 3).tolist()))

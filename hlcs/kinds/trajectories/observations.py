@@ -16,9 +16,10 @@ def recording_scale(recording):
 
 
 def observations(problem, fit):
-    """Table of all observations as arrays: trial, channel, phase, time, height, speed, residual, in sigma, white (n,) each."""
+    """Table of all observations as arrays: trial, the recording that it is a part of, channel, phase, time, height, speed,
+    residual, in sigma, white (n,) each."""
     trajectories, white = fit.linearization.trajectories, fit.linearization.projected[0]
-    columns = {}
+    columns, wholes = {}, recordings_of(problem)
     for k, (recording, motion) in enumerate(zip(problem.recordings, trajectories, strict=True)):
         position, orientation = motion.position, motion.orientation
         times = problem.trials[k].times
@@ -30,6 +31,7 @@ def observations(problem, fit):
         regimes = classify_regimes(problem.trials[k], rigid_body(problem.trials[k].body).shape, position, orientation)
         parts = {
             "trial": np.full(len(raw), k),
+            "recording": np.full(len(raw), wholes.index(problem.trials[k].recording or problem.trials[k].name)),
             "channel": recording.channel,
             "time": recording.times,
             "phase": np.array(REGIMES)[regimes[recording.sample]],
@@ -44,6 +46,11 @@ def observations(problem, fit):
         for name, values in parts.items():
             columns.setdefault(name, []).append(values)
     return {name: np.concatenate(parts) for name, parts in columns.items()}
+
+
+def recordings_of(problem):
+    """Names of the recordings of a problem, whole or in segments, in order."""
+    return list(dict.fromkeys(trial.recording or trial.name for trial in problem.trials))
 
 
 def partitions(table):

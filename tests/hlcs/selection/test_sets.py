@@ -224,7 +224,7 @@ def test_a_number_of_what_absorbs_is_told_by_its_final_fit(generator):
 
     def polished(problem, fit):
         made.append(fit)
-        return replace(fit, estimate=fit.estimate + 0.1, covariance=4 * fit.covariance)
+        return problem, replace(fit, estimate=fit.estimate + 0.1, covariance=4 * fit.covariance)
 
     experiment = SimpleNamespace(polished=polished, judge=lambda problem, fit: (None, None))
     finished = finals(experiment, problem, search, {}, lambda problem, fit: (problem, fit))

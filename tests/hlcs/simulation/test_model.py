@@ -6,6 +6,7 @@ from hlcs.data.experiment_file import Body, Surroundings
 from hlcs.data.rigid_body import rigid_body
 from hlcs.effects import candidate
 from hlcs.effects.measurement import ClockOffset, TimeScale
+from hlcs.estimation.linearization import free_numbers
 from hlcs.simulation.model import Model, Term
 from minibullet import effects
 
@@ -24,6 +25,14 @@ def test_models_are_values_with_one_term_more_less_or_changed():
     assert both.kinds == (effects.Magnus, effects.QuadraticDrag, ClockOffset)
     assert both.without(0) == BASE.with_term(CLOCK)
     assert both.with_at(0, {"drag_coefficient": 0.5}).terms[0].numbers == {"drag_coefficient": 0.5}
+
+
+def test_a_model_that_is_held_says_the_same_and_has_nothing_to_fit():
+    both = BASE.with_term(DRAG).with_term(CLOCK)
+    held = both.held()
+    assert held.numbers == both.numbers and held.entries == both.entries
+    assert [len(free_numbers(model)) for model in (both, held)] == [2, 0]
+    assert repr(held.changes(SURROUNDINGS)) == repr(both.changes(SURROUNDINGS))
 
 
 def test_a_term_with_the_name_of_a_stated_effect_stands_in_its_place():
