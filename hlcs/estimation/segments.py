@@ -123,36 +123,45 @@ def split_further(problem, fit, likely):
         if len(which):
             chi2 = chi2_over(problem, model, grown_states(problem, model, which)[which], which, dict.fromkeys(which, slice(None)))
             lost[which] = chi2 > LOST * freedom[which]
-    return halved(problem, fit, lost)
+    if not lost.any():
+        return problem, fit
+    finer = halved(problem, fit.model, lost)
+    return finer, carried(finer, problem, fit, ~lost)
 
 
-def split_lost(problem, fit):
-    """(Problem, its fit): the few segments that no initial state follows beside the best model are halved, down to SHORT samples.
+def split_lost(problem, best):
+    """The Problem for final fits: the few segments that no initial state follows beside the best fit are halved, down to SHORT
+    samples; the same where there are none.
 
     An impact at two corners at once has no one outcome that rigid bodies foresee, and asks for no law: with an initial state on
     either side of it nobody has to. Where many are lost the model lacks something, and nothing is halved.
     """
-    chi2 = chi2_of(fit.linearization.white)
-    lost = chi2 > [noise_leaves(recording) for recording in problem.recordings]
-    if np.sum(lost) > FEW * len(lost):
-        return problem, fit
-    return halved(problem, fit, lost & [len(trial.times) >= 2 * SHORT for trial in problem.trials], SHORT)
+    lost = chi2_of(best.linearization.white) > [noise_leaves(recording) for recording in problem.recordings]
+    long = np.array([len(trial.times) >= 2 * SHORT for trial in problem.trials])
+    if np.sum(lost) > FEW * len(lost) or not (lost & long).any():
+        return problem
+    return halved(problem, best.model, lost & long, SHORT)
 
 
-def halved(problem, fit, which, shortest=SHORTEST):
-    """(Problem with segments halved, its fit); which: of these, (trials,) booleans; shortest: as of `Segment.halved`."""
-    if not np.any(which):
-        return problem, fit
+def halved(problem, model, which, shortest=SHORTEST):
+    """A Problem with the segments `which`, (trials,) booleans, halved; shortest: as of `Segment.halved`."""
     segments, aside = [], []
     for segment, flags, halve in zip(segments_of(problem), problem.dropped, which, strict=True):
         parts = segment.halved(problem.noise, shortest) if halve else [segment]
         segments += parts
         aside += np.split(flags, [len(parts[0].trial.times)])[: len(parts)]
-    finer = _problem(problem, fit.model, segments)
+    finer = _problem(problem, model, segments)
     finer.leave_out(aside)
-    held = finer.fit(fit.model.held(), adopted(finer, problem, fit.initial_states, ~which))
+    finer.overdispersion = problem.overdispersion
+    return finer
+
+
+def carried(finer, problem, fit, known=True):
+    """A Fit of a problem on one that is split farther, its numbers as they are; known: of which segments its initial states are
+    taken over where they begin alike, (trials,) booleans."""
+    held = finer.fit(fit.model.held(), adopted(finer, problem, fit.initial_states, known))
     states = regrown(finer, held)
-    return finer, fit_at(fit.model, states, finer.linearise(fit.model, states), fit.converged)
+    return fit_at(fit.model, states, finer.linearise(fit.model, states), fit.converged)
 
 
 def adopted(problem, former, states, known=True):

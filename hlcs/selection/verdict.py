@@ -40,18 +40,20 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     """The Selection from a search that has run.
 
     experiment: has `measure` of the error, `judge` (problem, fit) -> (Adequacy, table of observations), `where` (problem,
-    table) -> rows, `polished` (problem, fit) -> the final ones, `polished_notes` (problem, final one) -> what that changed,
-    `alone` (problem, fit) -> a fit that owes nothing to other sets, `with_step_error` (problem, fit) -> one whose numbers
-    have that of the time step, `learn` (problem, fit) -> the law that explains the rest, or None, `noise_shown` (problem,
-    fit) -> the noise with which all would be explained, or None, `starts_shown` (problem, fit) -> the starts with which it
-    would be, or None, `moved` (problem) -> how fast bodies moved, and `pictures`; prepared: has the problem and the fit of
-    the model under test; absent: {name: why it was not tried}; on_all: function (problem, fit) -> the same on all rows, for
-    the verdict and the numbers, where the search has fewer.
+    table) -> rows, `polisher` (problem, best fit) -> function fit -> the final ones, `polished_notes` (problem, final one) ->
+    what that changed, `alone` (problem, fit) -> a fit that owes nothing to other sets, `with_step_error` (problem, fit) ->
+    one whose numbers have that of the time step, `learn` (problem, fit) -> the law that explains the rest, or None,
+    `noise_shown` (problem, fit) -> the noise with which all would be explained, or None, `starts_shown` (problem, fit) -> the
+    starts with which it would be, or None, `moved` (problem) -> how fast bodies moved, and `pictures`; prepared: has the
+    problem and the fit of the model under test; absent: {name: why it was not tried}; on_all: function (problem, fit) -> the
+    same on all rows, for the verdict and the numbers, where the search has fewer.
     """
     problem, base = prepared.problem, prepared.base
-    judged = on_all(*experiment.polished(problem, base))
+    polished = experiment.polisher(problem, search.fits[search.ranked()[0]])
+    judged = on_all(*polished(base))
     before, table_before = experiment.judge(*judged)
-    finished = finals(experiment, problem, search, {frozenset(): (base, (*judged, before, table_before))}, on_all)
+    known = {frozenset(): (base, (*judged, before, table_before))}
+    finished = finals(experiment, search, known, lambda fit: on_all(*polished(fit)))
     fitted = partial(FittedSets, search, cross_validation, alone=experiment.alone)
     sets, (judged, best, after, table_after) = best_set(fitted, finished)
     learned = None if after.adequate else learned_law(experiment, sets)
@@ -116,16 +118,17 @@ def learned_law(experiment, sets):
     return alone if alone.fit.tempered(sets.overdispersion) + search.price(bare) < least else found
 
 
-def finals(experiment, problem, search, known, on_all):
+def finals(experiment, search, known, polished):
     """Function set -> (all rows, the final fit of a set on them, its Adequacy, table of observations), made once of each fit.
 
-    known: {set: (its Fit in the search, what is finished of it)}, of the model under test; the rest as in `select`.
+    known: {set: (its Fit in the search, what is finished of it)}, of the model under test; polished: Fit -> (all rows, final fit
+    on them); the rest as in `select`.
     """
 
     def finished(effects):
         fit = search.fits[effects]
         if effects not in known or known[effects][0] is not fit:
-            judged, final = on_all(*experiment.polished(problem, fit))
+            judged, final = polished(fit)
             known[effects] = fit, (judged, final, *experiment.judge(judged, final))
         return known[effects][1]
 

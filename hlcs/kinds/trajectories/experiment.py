@@ -29,7 +29,7 @@ from hlcs.kinds.trajectories.sinking import drags_between_impacts, drags_shown
 from hlcs.kinds.trajectories.spinning import spin_losses_shown
 from hlcs.kinds.trajectories.stated_starts import starts_shown
 from hlcs.kinds.trajectories.thinning import on_all_rows, thinned
-from hlcs.kinds.trajectories.time_step import alone, polished, with_step_error
+from hlcs.kinds.trajectories.time_step import alone, polisher, with_step_error
 from hlcs.learning import learn
 from hlcs.records import Reason
 from hlcs.rendering import Pictures
@@ -65,7 +65,7 @@ class Trajectories:
     layout = LAYOUTS[kind]
     unjudged = Reason.NOT_JUDGED()
     judge, where = staticmethod(judge), staticmethod(where_it_fails)
-    alone, polished, with_step_error = staticmethod(alone), staticmethod(polished), staticmethod(with_step_error)
+    alone, polisher, with_step_error = staticmethod(alone), staticmethod(polisher), staticmethod(with_step_error)
     polished_notes, learn = staticmethod(lost_notes), staticmethod(learn)
     starts_shown = staticmethod(partial(starts_shown, judge=judge))
 

@@ -8,7 +8,7 @@ import numpy as np
 from hlcs.estimation.fitting import measured_errors
 from hlcs.estimation.multiple_shooting import ROUNDS, improve_for, refit_initial_states
 from hlcs.estimation.segment_profiles import profiled
-from hlcs.estimation.segments import split_lost
+from hlcs.estimation.segments import carried, split_lost
 from hlcs.kinds.trajectories.observations import recording_scale
 from hlcs.simulation.simulator import Motion
 from minibullet import rotations
@@ -157,17 +157,21 @@ def richardson(coarse, fine):
 
 
 def polished(problem, fit):
-    """(Problem, its final fit) through contacts, the error of the time step at its own numbers taken out: that of the model under
-    test may be another, since what was found may bring motion that this step spoils. Of segments the few that no initial state
-    follows are halved, and numbers are profiled."""
-    if not problem.simulator.contact:
-        return problem, fit
+    """A final fit through contacts, the error of the time step at its own numbers taken out: that of the model under test may
+    be another, since what was found may bring motion that this step spoils. Numbers of segments are profiled."""
+    if not problem.simulator.contact or not fit.model.terms:
+        return fit
     if problem.segmented:
-        finer, fit = split_lost(problem, fit)
-        return finer, profiled(finer, fit) if fit.model.terms else fit
-    if not fit.model.terms:
-        return problem, fit
-    return problem, _aside(problem, fit, lambda: measured_errors(problem, in_shorter_steps(problem, fit)))
+        return profiled(problem, fit)
+    return _aside(problem, fit, lambda: measured_errors(problem, in_shorter_steps(problem, fit)))
+
+
+def polisher(problem, best):
+    """Function fit -> (Problem, final fit), with the Problem as the best fit needs it: of segments see `split_lost`."""
+    finer = split_lost(problem, best) if problem.segmented else problem
+    if finer is problem:
+        return lambda fit: (problem, polished(problem, fit))
+    return lambda fit: (finer, polished(finer, carried(finer, problem, fit)))
 
 
 def alone(problem, fit):

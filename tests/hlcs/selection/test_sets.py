@@ -222,12 +222,12 @@ def test_a_number_of_what_absorbs_is_told_by_its_final_fit(generator):
     search = Search(problem, [LAWS["linear_drag"]], problem.fit(Model())).run()
     sets, made = FittedSets(search, CrossValidation(problem.trials, "group"), 2.0), []
 
-    def polished(problem, fit):
+    def polished(fit):
         made.append(fit)
         return problem, replace(fit, estimate=fit.estimate + 0.1, covariance=4 * fit.covariance)
 
-    experiment = SimpleNamespace(polished=polished, judge=lambda problem, fit: (None, None))
-    finished = finals(experiment, problem, search, {}, lambda problem, fit: (problem, fit))
+    experiment = SimpleNamespace(judge=lambda problem, fit: (None, None))
+    finished = finals(experiment, search, {}, polished)
     (absorbing,) = sets.absorbing
     fit, told = search.fits[absorbing], {members: finished(members)[1] for members in (sets.best, absorbing, absorbing)}
     number = _parameters(sets, told, sets.absorbing)["linear_drag"]["rate"]

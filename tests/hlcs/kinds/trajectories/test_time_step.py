@@ -93,7 +93,7 @@ def test_many_readings_that_are_each_off_by_little_move_no_number_that_is_told(t
     than STILL, and the slope by two of its errors. What is told is the closed form, to a fifth of one (two errors of MOVED)."""
     problem, model = slides(tmp_path, 0.006, 1e-3)
     rough = problem.fit(model)
-    _, told = polished(problem, rough)
+    told = polished(problem, rough)
     error = np.sqrt(told.covariance[0, 0])
     assert abs(rough.estimate[0] - 0.006) > error
     assert told.estimate[0] == pytest.approx(0.006, abs=0.2 * error)
@@ -103,7 +103,7 @@ def test_what_is_left_of_the_error_of_the_step_is_told_as_an_error_of_the_number
     """Readings of 20 mm: halving the step moves the slope by less than MOVED, and nothing is corrected. What is told is how far
     the number is from that of the closed form: twice what halving changes, to a tenth (second order, and where the fit ends)."""
     problem, model = slides(tmp_path, 0.006, 0.02)
-    _, told = polished(problem, problem.fit(model))
+    told = polished(problem, problem.fit(model))
     assert problem.step_change is None and abs(told.step_error[0]) > 0.1 * np.sqrt(told.covariance[0, 0])
     assert told.step_error[0] == pytest.approx(0.006 - told.estimate[0], rel=0.1)
 
@@ -122,7 +122,7 @@ def test_a_slide_under_constant_friction_has_no_error_of_the_step(tmp_path):
     """The path is a parabola, which a step of any length follows: what is left is rounding of the last digit written, 1e-12 m
     of a noise of 1e-3 m, and what the contacts are solved to."""
     problem, model = slides(tmp_path, 1e-9, 1e-3)
-    _, told = polished(problem, problem.fit(model))
+    told = polished(problem, problem.fit(model))
     assert np.abs(told.step_error[0]) < 1e-3 * np.sqrt(told.covariance[0, 0])
 
 
