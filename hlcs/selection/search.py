@@ -384,7 +384,8 @@ class Search:
         is doubted before all else, with others that are: bodies stop elsewhere by leaps, of which little is foreseen."""
         (name,) = proposal.effects
         new = all(set(numbers) != {name} for numbers, _ in self.first)
-        return new and self.candidates[name].setting and proposal.fall > HELPS * FORESEEN * self.excess(fit)
+        least = 0.0 if self.problem.segmented else HELPS * FORESEEN * self.excess(fit)  # free starts leave little to be foreseen
+        return new and self.candidates[name].setting and proposal.fall > least
 
     def linear_at(self, fit, entries):
         """({candidate: its signatures at a fit}, the LinearModel that they make)."""
