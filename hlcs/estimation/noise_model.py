@@ -10,7 +10,7 @@ from hlcs.data.quantities import CHANNEL_UNITS, CHANNELS
 from hlcs.data.rounded_readings import reading_step
 from hlcs.estimation.correlated_noise import LEAST_CERTAIN, MOST_WHITE, CorrelatedNoise, excess_deviance, fit_correlated_noise
 from hlcs.estimation.least_squares import basis, project_out
-from hlcs.estimation.outliers import NO_TAIL, Tail, isolated_outliers, rougher, spread_of, tail_of
+from hlcs.estimation.outliers import NO_TAIL, Tail, isolated_outliers, scatter_of, spread_of, tail_of
 from hlcs.estimation.rounding import COARSE, FINE, before_rounding, lattice_of, noise_below_the_step, rounded, step_of
 from hlcs.estimation.whitening import kalman_filter, whitening_of
 from minibullet import rotations
@@ -224,7 +224,7 @@ def _without_outliers(series, step, white=None, sigma=None):
     for _ in range(2):
         before = keeps
         keeps = [
-            ~isolated_outliers(times, values, rougher([(times, values)], spread_of(noise, times, step)) if noise else 0.0)
+            ~isolated_outliers(times, values, scatter_of([(times, values)], spread_of(noise, times, step)) if noise else 0.0)
             for times, values, _ in series
         ]
         if noise and all(np.array_equal(*pair) for pair in zip(before, keeps, strict=True)):

@@ -50,7 +50,7 @@ def tail_of(white):
     return Tail(share, beyond) if share else NO_TAIL
 
 
-def rougher(series, spread):
+def scatter_of(series, spread):
     """Scatter of the values of series [(times (n,), values (n,))] about their neighbours, where that is more than noise of such a
     `spread` has by chance, else that spread."""
     near = np.concatenate([_off_the_line(*one, 1)[1:-1] for one in series if len(one[0]) > 2] or [np.zeros(0)])
@@ -68,8 +68,8 @@ def isolated_in(series, spreads):
     for _ in range(ROUGHER):
         alone = [isolated_outliers(*one, scale) for one, scale in zip(series, scales, strict=True)]
         kept = [(times[~its], values[~its]) for (times, values), its in zip(series, alone, strict=True)]
-        rough = rougher(kept, noise) / noise if noise else 1.0
-        own = [max(rougher([one], spread), rough * spread) for one, spread in zip(kept, spreads, strict=True)]
+        rough = scatter_of(kept, noise) / noise if noise else 1.0
+        own = [max(scatter_of([one], spread), rough * spread) for one, spread in zip(kept, spreads, strict=True)]
         if rough == 1.0 or all(map(le, own, scales)):
             break
         scales = list(map(max, own, scales))
