@@ -18,6 +18,7 @@ SIZES = (0.5, 2.0, 6.0, 20.0)  # of the moves there, in standard errors by its c
 FAINT = 0.01  # of what the columns tell best: what they tell less of is moved by no more
 NEAREST = 3  # of them from which steps are taken
 SEARCHES = 4  # such rounds
+GAIN = 0.98  # of chi2: a round that leaves more of it has gained nothing
 
 
 def refit_initial_states(problem, fit):
@@ -73,11 +74,12 @@ def searched(problem, model, states, which):
     chi2 = dict(zip(which, chi2_over(problem, model, states[which], which, whole), strict=True))
     generator = np.random.default_rng(0)
     draws = generator.normal(size=(SEARCHES, AROUND, 12)) * np.resize(SIZES, AROUND)[:, None]
+    gaining = [k for k in which if problem.recordings[k].unknown]  # one that a round of draws gains nothing for is given up
     for draw in draws:
-        missed = [k for k in which if chi2[k] > noise_leaves(problem.recordings[k]) and problem.recordings[k].unknown]
-        stuck = np.array(missed, dtype=int)
+        stuck = np.array([k for k in gaining if chi2[k] > noise_leaves(problem.recordings[k])], dtype=int)
         if len(stuck) == 0:
             break
+        before = dict(chi2)
         columns = problem.linearise(model, states, only=stuck).state_columns
         tried = np.concatenate(
             [around(states[k], problem.recordings[k].unknown, n, draw) for k, n in zip(stuck, columns, strict=True)]
@@ -91,6 +93,7 @@ def searched(problem, model, states, which):
             for k, left in zip(stuck, chi2_over(problem, model, begun[stuck], stuck, whole), strict=True):
                 if left < chi2[k]:
                     chi2[k], states[k] = left, begun[k]
+        gaining = [k for k in stuck if chi2[k] < GAIN * before[k]]
     return states
 
 
