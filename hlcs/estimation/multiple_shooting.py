@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import special
 
-from hlcs.estimation.fitting import chi2_of
+from hlcs.estimation.fitting import CLOSE_IN_CONTACT, chi2_of
 from hlcs.estimation.least_squares import least_squares
 from hlcs.estimation.whitening import whiten
 from hlcs.simulation.initial_state import stepped
@@ -18,7 +18,7 @@ SIZES = (0.5, 2.0, 6.0, 20.0)  # of the moves there, in standard errors by its c
 FAINT = 0.01  # of what the columns tell best: what they tell less of is moved by no more
 NEAREST = 3  # of them from which steps are taken
 SEARCHES = 4  # such rounds
-GAIN = 0.98  # of chi2: a round that leaves more of it has gained nothing
+GAIN = 0.98  # of chi2: what leaves more of it has gained nothing, a step or a round of such states
 
 
 def refit_initial_states(problem, fit):
@@ -141,6 +141,6 @@ def improve(problem, model, states, stretches, active):
         best = int(np.argmin(chi2[place]))
         if chi2[place, best] < old:
             states[k] = tried[place * len(DAMPINGS) + best]
-            if chi2[place, best] < 0.98 * old - 0.3:
+            if chi2[place, best] < GAIN * old - CLOSE_IN_CONTACT:
                 moving.append(k)
     return np.array(moving, dtype=int)
