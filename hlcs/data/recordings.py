@@ -58,6 +58,11 @@ class Trial:
     accelerations: Accelerations | None = None  # None = not recorded
 
     @property
+    def whole(self):
+        """Name of the recording that this is, or that it is a segment of."""
+        return self.recording or self.name
+
+    @property
     def measured(self):
         """Which samples of which CHANNELS are measured, boolean (n, 9)."""
         turns = np.repeat(np.isfinite(self.orientation[:, :1]), 3, axis=1)

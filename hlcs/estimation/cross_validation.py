@@ -22,7 +22,7 @@ class CrossValidation:
         groups = sorted(groups, key=lambda group: (groups[group], group))
         self.possible = hold_out != "none" and len(groups) >= 2
         self.half = np.array([groups.index(trial.group) % 2 for trial in trials])  # of each recording, 0 or 1
-        recordings = {(trial.body, trial.recording or trial.name) for trial in trials}
+        recordings = {(trial.body, trial.whole) for trial in trials}
         counts = Counter(body for body, _ in recordings)
         self.few = min(counts.values()) < FEW_RECORDINGS  # so few that each half must show a fall
 

@@ -58,7 +58,7 @@ def changes_of(trial, start, contact, seated, other_bodies):
     trial: the recording; start: its initial state; contact: does the body touch anything; seated: does it lie on its floor at the
     start; other_bodies: would another body tell?
     """
-    name = trial.recording or trial.name
+    name = trial.whole
     found = [(Design(f"repeat {name} as it was", {"repeat": name}), start, trial)]
     found += _speeds(trial, start, seated) + _headings(trial, start, seated)
     found += _boards(trial, start) if seated else _heights(trial, start) if contact else [_longer(trial, start)]

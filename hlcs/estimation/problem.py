@@ -32,16 +32,12 @@ class Problem:
     shared_doubt = 0.0  # standard deviation of the logarithm of errors that observations share
     overdispersion = 1.0  # how many residuals count as one in its fits: what is believed of numbers weighs so much more
     subject = "the motion"  # what is measured, in words
+    segmented = False  # are the recordings segments of longer ones?
 
     @property
     def measured(self):
         """How many different things were measured: as many numbers describe them without any law."""
         return len(self.trials)
-
-    @property
-    def segmented(self):
-        """Are the recordings segments of longer ones?"""
-        return any(trial.recording for trial in self.trials)
 
     @property
     def difference_scale(self):

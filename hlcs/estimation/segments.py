@@ -82,7 +82,7 @@ def split_into_segments(problem, model):
         if work:
             grown = growth(_problem(problem, model, work), model)
     order = {trial.name: place for place, trial in enumerate(problem.trials)}
-    done.sort(key=lambda segment: (order[segment.trial.recording or segment.trial.name], segment.trial.first_row))
+    done.sort(key=lambda segment: (order[segment.trial.whole], segment.trial.first_row))
     return _problem(problem, model, done), notes
 
 
@@ -169,7 +169,7 @@ def adopted(problem, former, states, known=True):
     of others guesses; known: of which they are taken, (trials,) booleans."""
 
     def beginning(trial):
-        return trial.recording or trial.name, trial.first_row
+        return trial.whole, trial.first_row
 
     of_former = zip(former.trials, states, np.broadcast_to(known, len(states)), strict=True)
     there = {beginning(trial): state for trial, state, its in of_former if its}
@@ -218,7 +218,7 @@ def halves(trial, shortest=SHORTEST):
 
 def part_of(trial, begin, end):
     """Samples begin .. end - 1 of a recording as a Trial of its own; only the first knows the stated start."""
-    whole = trial.recording or trial.name
+    whole = trial.whole
     name = f"{whole} from {trial.times[begin]:.3g} s" if trial.first_row + begin else whole
     start = {} if begin else trial.start
     return trial.at(slice(begin, end), name=name, start=start, recording=whole, first_row=trial.first_row + begin)

@@ -54,6 +54,11 @@ class TrajectoryProblem(Problem):
         seen = np.concatenate([recording.channel for recording in self.recordings])
         self.unit = next((unit for unit in CHANNEL_UNITS if have_unit(seen, unit).any()), CHANNEL_UNITS[1])
 
+    @property
+    def segmented(self):
+        """Are the recordings segments of longer ones?"""
+        return any(trial.recording for trial in self.trials)
+
     def _recording(self, index):
         trial, noise = self.trials[index], self.noise
         there = trial.measured & ~self.dropped[index]
@@ -292,7 +297,7 @@ class TrajectoryProblem(Problem):
         trial, recording, white = self.trials[index], self.recordings[index], fit.linearization.projected[0][index]
         channels = {CHANNELS[c]: float(np.sum(white[recording.channel == c] ** 2)) for c in np.unique(recording.channel)}
         channel = max(sorted(channels), key=channels.get)
-        name = trial.recording or trial.name
+        name = trial.whole
         text = (
             f"{name} (where the model misses by {np.sqrt(misfit[index]):.2g} times the noise, most in {SAID[channel]}; it holds "
             f"{100 * share[index] / max(sum(share), 1e-300):.0f} % of the misfit)"

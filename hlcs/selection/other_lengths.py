@@ -41,6 +41,6 @@ def length_of(problem):
         return None
     spans = {}
     for trial in problem.trials:
-        name = trial.recording or trial.name
+        name = trial.whole
         spans[name] = spans.get(name, 0.0) + float(np.ptp(trial.times))
     return float(np.median(list(spans.values())))

@@ -17,7 +17,7 @@ from hlcs.simulation.model import Model, Term
 RATE = Candidate("linear_drag", class_named("linear_drag"), (Free("rate", "1/s", 0.0, 10.0, 0.0, 1.0),))
 
 
-COMMON = {"recording": "", "body": None, "surroundings": Surroundings()}  # of all trials
+COMMON = {"body": None, "surroundings": Surroundings()}  # of all trials
 
 
 def model(rate):
@@ -32,7 +32,7 @@ class Line(Problem):
         self.times, self.values, self.difference_steps, self.unit = times, values, {}, "m"
         self.noise = SimpleNamespace(position=sigma, orientation=None, of_unit=lambda unit: sigma)
         names = groups or [str(k) for k in range(len(times))]
-        self.trials = [SimpleNamespace(group=name, name=name, **COMMON) for name in names]
+        self.trials = [SimpleNamespace(group=name, name=name, whole=name, **COMMON) for name in names]
         self.simulator = SimpleNamespace(contact=False, body_steps=0.0, simulate_all=None)
         unknown = ((0, np.array([1.0, 0.0, 0.0])),)
         self.recordings = []

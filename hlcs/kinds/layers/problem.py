@@ -22,7 +22,11 @@ class Group(NamedTuple):
     group: str
     rows: np.ndarray  # of the vector of all values
     body: None = None
-    recording: str = ""  # tables have none that could be cut
+
+    @property
+    def whole(self):
+        """Its name: a table has no recordings that could be cut into segments."""
+        return self.name
 
 
 class LayerProblem(DirectProblem):

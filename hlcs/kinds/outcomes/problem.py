@@ -77,7 +77,11 @@ class RowGroup:
     body: object
     surroundings: object
     rows: np.ndarray
-    recording: str = ""  # a table has none that could be cut
+
+    @property
+    def whole(self):
+        """Its name: a table has no recordings that could be cut into segments."""
+        return self.name
 
 
 class TableProblem(DirectProblem):

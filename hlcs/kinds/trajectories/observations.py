@@ -31,7 +31,7 @@ def observations(problem, fit):
         regimes = classify_regimes(problem.trials[k], rigid_body(problem.trials[k].body).shape, position, orientation)
         parts = {
             "trial": np.full(len(raw), k),
-            "recording": np.full(len(raw), wholes.index(problem.trials[k].recording or problem.trials[k].name)),
+            "recording": np.full(len(raw), wholes.index(problem.trials[k].whole)),
             "channel": recording.channel,
             "time": recording.times,
             "phase": np.array(REGIMES)[regimes[recording.sample]],
@@ -50,7 +50,7 @@ def observations(problem, fit):
 
 def recordings_of(problem):
     """Names of the recordings of a problem, whole or in segments, in order."""
-    return list(dict.fromkeys(trial.recording or trial.name for trial in problem.trials))
+    return list(dict.fromkeys(trial.whole for trial in problem.trials))
 
 
 def partitions(table):

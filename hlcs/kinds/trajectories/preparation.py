@@ -329,7 +329,7 @@ def set_aside(trials, flags, effects=()):
     rows_of = {}  # recording -> {channel: rows of its file}
     for trial, flag in zip(trials, flags, strict=True):
         for row, channel in zip(*np.nonzero(flag), strict=True):
-            channels = rows_of.setdefault(trial.recording or trial.name, {})
+            channels = rows_of.setdefault(trial.whole, {})
             channels.setdefault(CHANNELS[channel], []).append(int(trial.rows[row]))
     notes, beside = [], ", seen beside " + " + ".join(effects) if effects else ""
     for name, channels in rows_of.items():

@@ -75,7 +75,7 @@ def on_all_rows(measurement):
 
 def _filled(trial, trials):
     """A thinned recording, or a segment of one, with all rows between its first and its last."""
-    (source,) = (read for read in trials if read.name == (trial.recording or trial.name))
+    (source,) = (read for read in trials if read.name == trial.whole)
     begin, end = np.searchsorted(source.times, trial.times[[0, -1]])
     return source.at(
         slice(begin, end + 1), name=trial.name, start=trial.start, recording=trial.recording, first_row=trial.first_row

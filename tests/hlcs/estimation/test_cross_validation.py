@@ -35,7 +35,7 @@ def test_a_half_is_predicted_by_the_slope_of_the_other():
 
 def test_every_second_group_of_a_session_is_held_out_with_those_of_the_others():
     """Sessions A and B in turn: by the order of all groups one half would hold all of A."""
-    trials = [SimpleNamespace(group=f"g{k}", session="AB"[k % 2], body=None, recording="", name=str(k)) for k in range(6)]
+    trials = [SimpleNamespace(group=f"g{k}", session="AB"[k % 2], body=None, whole=str(k)) for k in range(6)]
     half = CrossValidation(trials, "group").half
     assert [set(half[k::2]) for k in (0, 1)] == [{0, 1}, {0, 1}]
     assert CrossValidation(trials[:2], "group").half.tolist() == [0, 1]
