@@ -6,6 +6,7 @@ import numpy as np
 
 from hlcs.effects.contract import Change, DataNeed
 from minibullet import rotations
+from minibullet.effects.body import HARDLY_SEEN, LEVELLED
 from minibullet.effects.contract import Need, parameter
 
 # nodes and weights of Gauss-Legendre on [-1/2, 1/2]: a moving average of a smooth motion to high order
@@ -16,25 +17,8 @@ _NODES, _WEIGHTS = (0.5 * half for half in np.polynomial.legendre.leggauss(5))
 class TiltedFrame(Change):
     """The camera's axes lean about its origin; in flight like tilted gravity."""
 
-    angle_x: float = parameter(
-        0.0,
-        unit="rad",
-        low=-0.05,
-        high=0.05,
-        null=0.0,
-        source="levelling by eye: within 3 degrees",
-        about="of the camera about its x axis",
-        typical=((0.0087, "half a degree, hardly seen by eye"),),
-    )
-    angle_y: float = parameter(
-        0.0,
-        unit="rad",
-        low=-0.05,
-        high=0.05,
-        null=0.0,
-        source="levelling by eye: within 3 degrees",
-        about="of the camera about its y axis, after the first",
-    )
+    angle_x: float = parameter(0.0, **LEVELLED, about="of the camera about its x axis", typical=HARDLY_SEEN)
+    angle_y: float = parameter(0.0, **LEVELLED, about="of the camera about its y axis, after the first")
     plain = "a camera that leans"
     formula = "seen = R_y(angle_y) R_x(angle_x) true"
     symbols = {"R_x": "turn about the x axis", "R_y": "turn about the y axis"}

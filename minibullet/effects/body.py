@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import cos, hypot, inf, sin
+from math import cos, hypot, inf, pi, sin
 
 import numpy as np
 
@@ -67,6 +67,19 @@ class Gravity(ConstantForce):
         return force_only(bodies.mass[:, None] * self.field)
 
 
+# of an axis that somebody levelled: there is nothing beyond half a turn
+LEVELLED = {
+    "unit": "rad",
+    "low": -0.05,
+    "high": 0.05,
+    "least": -pi,
+    "most": pi,
+    "null": 0.0,
+    "source": "levelling by eye: within 3 degrees",
+}
+HARDLY_SEEN = ((0.0087, "half a degree, hardly seen by eye"),)
+
+
 @dataclass(frozen=True)
 class TiltedGravity(ConstantForce):
     """The world is level but the world's z axis is not: what is to be added to Gravity downwards.
@@ -75,25 +88,8 @@ class TiltedGravity(ConstantForce):
     For small angles the acceleration is g (-angle_y, angle_x, 0), the same for all bodies.
     """
 
-    angle_x: float = parameter(
-        0.0,
-        unit="rad",
-        low=-0.05,
-        high=0.05,
-        null=0.0,
-        source="levelling by eye: within 3 degrees",
-        about="of the world about its x axis",
-        typical=((0.0087, "half a degree, hardly seen by eye"),),
-    )
-    angle_y: float = parameter(
-        0.0,
-        unit="rad",
-        low=-0.05,
-        high=0.05,
-        null=0.0,
-        source="levelling by eye: within 3 degrees",
-        about="of the world about its y axis, after the first",
-    )
+    angle_x: float = parameter(0.0, **LEVELLED, about="of the world about its x axis", typical=HARDLY_SEEN)
+    angle_y: float = parameter(0.0, **LEVELLED, about="of the world about its y axis, after the first")
     acceleration: float = parameter(STANDARD_GRAVITY, unit="m/s2", given=True, symbol="g", about="acceleration of gravity")
     plain = "a z axis that is not vertical"
     formula = "F = m g (R_y(angle_y) R_x(angle_x) e - e), e = (0, 0, -1)"
