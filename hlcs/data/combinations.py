@@ -1,5 +1,7 @@
 """What an experiment file says twice, or of one recording alone: each key is right, and together they make little sense."""
 
+from hlcs.data.rigid_body import fluid_presumed
+from minibullet.effects.fluid import AIR_DENSITY
 from minibullet.errors import shown
 
 OF_FLUIDS = (  # what is stated of a liquid, in words, its unit, and the effects that find one number for it
@@ -26,12 +28,18 @@ def check_combinations(file):
         file.source.warn("session", what, "trial", with_session[0])
 
 
-def liquids_told(file, around):
-    """Notes on liquids that differ from one recording or row to another, where an effect would find one number for all of them.
+def fluids_told(file, moved):
+    """Notes on a fluid that is not stated, of bodies so light that it carries much of their weight, and on liquids that differ
+    from one recording or row to another, where an effect would find one number for all of them.
 
-    around: the Surroundings of every recording or row.
+    moved: the trials or the setups of rows, each with its body and its surroundings.
     """
-    notes, stated = [], {entry["name"] for entry in file.effects}
+    around, notes, stated = [each.surroundings for each in moved], [], {entry["name"] for entry in file.effects}
+    if any(fluid_presumed(each.body, each.surroundings) for each in moved):
+        air = f"fluid_density = {AIR_DENSITY:g}"
+        notes.append(
+            f"no fluid is stated, and so light a body is taken to be in air; write {air}, or what it is, in [surroundings]"
+        )
     for key, what, unit, names in OF_FLUIDS:
         values = {getattr(each, key) for each in around if each.in_liquid} - {0.0}
         if len(values) > 1 and stated.isdisjoint(names):

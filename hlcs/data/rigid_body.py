@@ -13,6 +13,7 @@ from minibullet.shapes.mesh_files import mesh_file
 from minibullet.shapes.primitives import Box, ConvexPiece, Cylinder, Sphere
 
 SIDES = 32  # of the base of a cone, as of a cylinder
+LIGHT = 10.0  # densities of the fluid, below which a body falls much more slowly than freely from the first: bubbles, balloons
 
 
 class RigidBody(NamedTuple):
@@ -49,6 +50,19 @@ def unstated(body):
 def known_body(body):
     """Are mass and size of a body stated?"""
     return not unstated(body)
+
+
+def borne(body, around):
+    """Does the fluid carry much of the weight of a body of known mass and size?"""
+    if not known_body(body):
+        return False
+    known = rigid_body(body)
+    return known.mass < LIGHT * around.fluid_density * known.volume
+
+
+def fluid_presumed(body, around):
+    """Is a body taken to be in air that its file does not state? One as light as that: nobody throws a balloon in a vacuum."""
+    return not around.fluid_stated and borne(body, around)
 
 
 def known_to_drag(body):

@@ -1,13 +1,13 @@
 """Which candidates can take part in a diagnosis, and why the others cannot."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 import minibullet.effects as forces
 from hlcs.data.quantities import CHANNELS
-from hlcs.data.rigid_body import known_body, known_to_drag, rigid_body
+from hlcs.data.rigid_body import fluid_presumed, known_body, known_to_drag, rigid_body
 from hlcs.effects import candidate, wanted
 from hlcs.effects.candidates import each_session, in_doubt, numbers_stated
 from hlcs.effects.contract import Change, DataNeed
@@ -109,6 +109,8 @@ def candidates_for(measurement, contact, names=None, own=()):
 def eligible(why, effects, body, surroundings, body_known, own, extent, speed):
     """(candidates, {name: why it cannot take part}), both by name, from {class: why it cannot, or None}; effects: entries of
     [model] effects; the rest as `candidate` takes it."""
+    if fluid_presumed(body, surroundings):
+        surroundings = replace(surroundings, fluid_stated=True)
     known, entries = (surroundings, rigid_body(body), body_known), {entry["name"]: entry for entry in effects}
     found = [
         candidate(kind, *known, kind in own, extent, speed, entries.get(name_of(kind))) for kind, text in why.items() if not text

@@ -97,8 +97,8 @@ def dragged(k, tilt=0.0):
     return lambda place, v: gravity - k * np.linalg.norm(v) * v
 
 
-def write_in_air(folder, radius, mass, seconds, seed=5, drops=4, rate=60, noise=0.003):
-    """Drops in stated air, let go at rest: weight, drag (C = 0.47), lift and half of the displaced air set in motion."""
+def write_in_air(folder, radius, mass, seconds, seed=5, drops=4, rate=60, noise=0.003, stated=True):
+    """Drops in air, stated or not, let go at rest: weight, drag (C = 0.47), lift and half of the displaced air set in motion."""
     generator, times = np.random.default_rng(seed), np.arange(0, seconds, 1 / rate)
     displaced = AIR * 4 / 3 * np.pi * radius**3
     inertia, drag = mass + 0.5 * displaced, per_metre(0.47, radius, mass) * mass
@@ -108,7 +108,7 @@ def write_in_air(folder, radius, mass, seconds, seed=5, drops=4, rate=60, noise=
 
     rows = path_of(law, [0.0, 0.0, 3.0], np.zeros(3), times)[:, 2:]
     recordings = [(times, rows + noise * generator.standard_normal(rows.shape)) for _ in range(drops)]
-    settings = ball(radius, mass, measurement=f"noise = {{ position = {noise} }}")
+    settings = ball(radius, mass, f"fluid_density = {AIR}\n" * stated, f"noise = {{ position = {noise} }}")
     return write(folder, recordings, settings, ("z_m",), "start = { velocity = [0.0, 0.0, 0.0] }\n")
 
 

@@ -47,10 +47,13 @@ def test_a_pull_of_the_user_is_found_however_strong(tmp_path, strength):
     assert held["after"] < 1.1 * held["noise"] < held["before"]
 
 
+@pytest.mark.parametrize("stated", [True, False], ids=["air stated", "no fluid stated"])
 @pytest.mark.parametrize("radius, mass, seconds", [(0.2, 0.1, 0.75), (0.14, 0.0168, 2.0)])
-def test_a_light_ball_in_air_is_told_its_drag_and_what_the_air_it_displaces_does(tmp_path, radius, mass, seconds):
-    """A beach ball, and a balloon with the air in it: the air weighs 40 and 82 % of the ball. No other density of it is told."""
-    diagnosis = hlcs.diagnose(write_in_air(tmp_path, radius, mass, seconds))
+def test_a_light_ball_in_air_is_told_its_drag_and_what_the_air_it_displaces_does(tmp_path, radius, mass, seconds, stated):
+    """A beach ball, and a balloon with the air in it: the air weighs 40 and 82 % of the ball. No other density of it is told,
+    and where the file states no fluid that it was taken to be air."""
+    diagnosis = hlcs.diagnose(write_in_air(tmp_path, radius, mass, seconds, stated=stated))
+    assert any("no fluid is stated" in note for note in diagnosis.notes) != stated
     assert diagnosis.verdict == "effect" and set(diagnosis.effects) == {"quadratic_drag", "buoyancy", "added_mass"}
     numbers = diagnosis.parameters
     assert holds(numbers["quadratic_drag"]["drag_coefficient"], 0.47) and holds(numbers["added_mass"]["coefficient"], 0.5)

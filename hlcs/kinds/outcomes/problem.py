@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hlcs.data.combinations import liquids_told
+from hlcs.data.combinations import fluids_told
 from hlcs.data.quantities import OUTCOMES
 from hlcs.data.rigid_body import known_body, known_to_drag
 from hlcs.effects import wanted
@@ -319,7 +319,7 @@ def posed(problem, model):
     """The Prepared of a problem and the model under test."""
     notes = (
         *problem.table.notes,
-        *liquids_told(problem.file, [setup.surroundings for setup in problem.setups]),
+        *fluids_told(problem.file, problem.setups),
         *problem.scatter.notes(problem.table),
         *told(problem.table, problem.never),
         *problem.errors.notes,

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hlcs.data.combinations import liquids_told
+from hlcs.data.combinations import fluids_told
 from hlcs.data.quantities import CHANNELS, unit_of
 from hlcs.data.recordings import Recordings
 from hlcs.data.rigid_body import SIDES, rigid_body
@@ -154,7 +154,7 @@ def prepare(measurement: Recordings, own=(), noise=None, likely=()):
     contact = touches(trials, noise)
     if not noise.known:
         return Prepared(noise, None, None, tuple(notes))
-    notes += [*rolling_notes(trials, noise), *liquids_told(measurement.file, [trial.surroundings for trial in trials])]
+    notes += [*rolling_notes(trials, noise), *fluids_told(measurement.file, trials)]
     model = Model(fixed=measurement.file.effects, own=tuple(own), time_step=measurement.file.time_step)
     model.changes(trials[0].surroundings)  # a wrong name or number in [model] effects is the user's to mend, before any work
     notes += release_notes(trials, start_times(trials), [starts_seated(trial, noise) for trial in trials], noise)

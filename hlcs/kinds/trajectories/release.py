@@ -5,14 +5,13 @@ from dataclasses import replace
 import numpy as np
 
 from hlcs.data.accelerometers import STEADY
-from hlcs.data.rigid_body import known_body, rigid_body
+from hlcs.data.rigid_body import borne
 from hlcs.estimation.least_squares import basis, project_out
 from hlcs.estimation.noise_model import BEYOND_CHANCE
 from hlcs.estimation.whitening import whiten
 from hlcs.kinds.trajectories.felt_release import LEAST, STRAY, over_gravity, samples_felt, samples_pushed, samples_until_impact
 
 FEW = 4  # recordings that are named
-LIGHT = 10.0  # densities of the fluid, below which a body falls much more slowly than freely from the first: bubbles, balloons
 FALLEN = 200.0  # standard deviations of a fall that tells its beginning: a drag bends a longer one in more ways
 LEVEL = 1e-6  # slope of a floor that pulls nothing down [-]
 PLACES = {  # of a body that is held: (is it read by an accelerometer alone, does it lie on its floor)
@@ -67,10 +66,7 @@ def release_notes(trials, starts, seated, noise):
 
 def may_hover(body, around):
     """Does a fluid bear a body, or much of it? A liquid may; a gas may where the body is known to be nearly as light."""
-    if around.in_liquid or not known_body(body):
-        return around.in_liquid
-    known = rigid_body(body)
-    return known.mass < LIGHT * around.fluid_density * known.volume
+    return around.in_liquid or borne(body, around)
 
 
 def _holds_at_any_time(start):
