@@ -16,6 +16,10 @@ def refit(search, proposal, parent, states=None):
     if states is None:
         numbers = search.preview.nearer(proposal.numbers, parent)
         begun = [(numbers, search.preview.nearest(numbers, parent.initial_states, guess))]
+        parts = [fit for known, fit in search.fits.items() if known < proposal.effects and fit is not parent]
+        part = min(parts, key=lambda fit: fit.chi2, default=parent)
+        if part.chi2 < search.preview.left_at(numbers, parent):  # it can end no worse than there, and so it begins there
+            begun.insert(0, (search.preview.on_the_way(proposal.numbers, part, 0.0), part.initial_states))
     else:
         begun = [(proposal.numbers, states), (proposal.numbers, parent.initial_states)]
     for numbers, states in (*begun, *((numbers, guess) for numbers in beginnings(search, proposal))):
