@@ -91,8 +91,8 @@ class Search:
         return fit.chi2 - fit.freedom - NOISE * np.sqrt(2 * fit.freedom)
 
     def noise_alone(self, fit):
-        """Does a fit leave nothing but noise, as far as the sum of squares can tell?"""
-        return self.excess(fit) < 0
+        """Does a fit leave nothing but noise, as far as the sum of squares can tell, and with numbers that are plausible?"""
+        return self.excess(fit) < 0 and all(free.plausible(value) for _, free, value in fit.numbers)
 
     def compatible(self, effects):
         """May these candidates stand in one model? Not two forms of one law, and nothing that acts through a drag without one."""
