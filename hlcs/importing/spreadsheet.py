@@ -6,6 +6,7 @@ sign (semicolons). The first row with words names the columns; a row below it ma
 row; else the rows are the samples of one recording.
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ from hlcs.importing.axes import turned
 from hlcs.importing.found import Assumption, Found, recording
 from hlcs.importing.grids import MISSING, grid_of, source_of
 from hlcs.importing.repeats import COMPUTED, below_one_another, word_and_unit
+from hlcs.importing.runs import bare, runs_of, without_short_names
 from hlcs.importing.units import KNOWN, SI, SUFFIXES, UNITS, quantity_of, scale, split_unit
 from minibullet.errors import InputError, shown
 
@@ -85,9 +87,18 @@ class Column(NamedTuple):
 
 def read(path, overrides):
     """The Found of one file: one recording, or the rows of a table. Raises InputError with file, row, and what was expected."""
-    grid = grid_of(source_of(path))
+    grid = without_short_names(grid_of(source_of(path)))
     head = _header(grid, overrides)
     grid.no_more_cells_than_names(head)
+    first, *others = [_read(part, head, given) for part, given in runs_of(grid, head, overrides)]
+    if others and any(run.rows for run in (first, *others)):
+        raise InputError(f"{grid.place(head)}: outcomes of several runs beside one another; write a row each, below one another")
+    told = dict.fromkeys(note for run in (first, *others) for note in run.assumptions)
+    return replace(first, recordings=tuple(one for run in (first, *others) for one in run.recordings), assumptions=tuple(told))
+
+
+def _read(grid, head, overrides):
+    """The Found of one table; head: index of the row of names."""
     as_read, units = grid, _has_units(grid, head)
     nameless = _nameless(grid, head, head + 1 + units)
     grid, overrides = below_one_another(grid, head, units, MEANING, overrides)
@@ -115,7 +126,7 @@ def _header(grid, overrides):
     for row in range(min(FIRST_ROWS, len(grid.cells) - 1)):
         cells = [cell for cell in grid.cells[row] if cell]
         if len(cells) > 1 and not any(map(_is_number, cells)):
-            count = sum(cell in overrides.column or bool({cell, split_unit(cell)[0]} & known) for cell in cells)
+            count = sum(cell in overrides.column or bool({cell, split_unit(bare(cell))[0]} & known) for cell in cells)
             rows.append((-count, row))
     if rows:
         return min(rows)[1]

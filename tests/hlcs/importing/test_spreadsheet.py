@@ -381,8 +381,8 @@ def test_shots_of_a_launch_monitor_are_throws_with_a_spin(imported):
 
 
 def test_units_say_which_column_could_be_a_time_and_which_a_position(refused):
-    text = "Run 1: Time (s),Run 1: Position (m)\n0,1.2\n0.1,1.15\n"
-    refused(text, "csv", 'such as --column "Run 1: Position (m)=z_m" --column "Run 1: Time (s)=t_s"')
+    text = "Uhr (s),Position (m)\n0,1.2\n0.1,1.15\n"
+    refused(text, "csv", 'such as --column "Position (m)=z_m" --column "Uhr (s)=t_s"')
     refused("20 cm,35 cm\n197,265\n198,265\n", "csv", "their names are values", "a column of their own")
 
 

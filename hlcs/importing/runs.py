@@ -1,0 +1,66 @@
+"""Runs that stand beside one another in one file, as the programs of school laboratories write them: a table of each.
+
+Vernier's Logger Pro and Graphical Analysis name a column "Run 1: Time (s)", or "Latest: Time (s)" where there is one run; PASCO's
+Capstone and SPARKvue name it "Time (s) Run #1".
+"""
+
+import re
+from dataclasses import replace
+
+from hlcs.importing.found import Assumption
+from minibullet.errors import InputError, shown
+
+NAMES = (
+    re.compile(r"(?P<run>[^:]*[^:\s])\s*:\s+(?P<name>\S.*)"),
+    re.compile(r"(?P<name>.*\S)\s+(?P<run>Run #\d+)", re.IGNORECASE),
+)
+AS_TEXT = "Vernier Format"  # how a text export of Logger Pro begins: names, short names and units stand in three rows of it
+
+
+def bare(cell):
+    """The name of a column without that of its run."""
+    return next((found["name"] for found in (names.fullmatch(cell) for names in NAMES) if found), cell)
+
+
+def runs_of(grid, head, overrides):
+    """[(Grid, Overrides)] of each run, its columns with their bare names; of the grid itself where not all columns name a run.
+
+    What the user says of a bare name holds in every run. head: index of the row of names.
+    """
+    cells = grid.cells[head]
+    for names in NAMES:
+        found = {index: names.fullmatch(cell) for index, cell in enumerate(cells) if cell}
+        if all(found.values()):
+            break
+    else:
+        return [(grid, overrides)]
+    runs = {}
+    for index, match in found.items():
+        runs.setdefault(match["run"], []).append(index)
+    listed = shown(", ".join(runs), 200)
+    told = (Assumption(f"{grid.name}: {len(runs)} runs stand beside one another, a recording each: {listed}"),)
+    parts = []
+    for run, places in runs.items():
+        of_others = {cell for index, cell in enumerate(cells) if index not in places}
+        column = {bare(cell): name for cell, name in overrides.column.items() if cell not in of_others}
+        part = replace(grid, assumptions=grid.assumptions + told, stem=f"{grid.stem} {run}") if len(runs) > 1 else grid
+        parts.append((_columns(part, head, places), replace(overrides, column=column)))
+    return parts
+
+
+def _columns(grid, head, places):
+    """A Grid with some of the columns alone, and of the rows below their names those in which one of them is filled."""
+    rows = [[row[k] if k < len(row) else "" for k in places] for row in grid.cells]
+    rows[head] = [bare(cell) for cell in rows[head]]
+    kept = [k for k, row in enumerate(rows) if k <= head or any(row)]
+    return replace(grid, lines=tuple(grid.lines[k] for k in kept), cells=tuple(rows[k] for k in kept))
+
+
+def without_short_names(grid):
+    """A Grid without the row of short names that a text export of Logger Pro has between names and units."""
+    begins = [k for k, row in enumerate(grid.cells) if row[0].startswith(AS_TEXT)]
+    if begins[:1] != [0] or len(grid.cells) < 5:
+        return grid
+    if len(begins) > 1:
+        raise InputError(f"{grid.place(begins[1])}: another data set begins; export each as a file of its own, or as CSV")
+    return replace(grid, lines=grid.lines[:4] + grid.lines[5:], cells=grid.cells[:4] + grid.cells[5:])

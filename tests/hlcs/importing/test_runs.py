@@ -1,0 +1,51 @@
+"""Runs beside one another, named as Vernier's and PASCO's programs name them: each is a recording of its own."""
+
+import pytest
+
+FALL = [("0.0", "1.5"), ("0.1", "1.451"), ("0.2", "1.304"), ("0.3", "1.059")]
+WANTED = {"t_s": [t for t, _ in FALL], "z_m": [z for _, z in FALL]}
+
+
+def beside(name, rows=FALL, shorter=FALL[:3]):
+    """Two runs beside one another, the second one sample shorter; name: of a column, from its run and what it holds."""
+    head = [name(run, what) for run in (1, 2) for what in ("Time (s)", "Height (m)", "Velocity (m/s)")]
+    below = [",".join([*row, "0", *(shorter[k] if k < len(shorter) else ("", "")), ""]) for k, row in enumerate(rows)]
+    return ",".join(head) + "\n" + "\n".join(below) + "\n"
+
+
+@pytest.mark.parametrize(
+    "name", [lambda run, what: f"Run {run}: {what}", lambda run, what: f'"{what} Run #{run}"'], ids=["Logger Pro", "Capstone"]
+)
+def test_each_run_is_a_recording(imported, name):
+    found, tables = imported(beside(name), "csv")
+    first, second = tables.values()
+    assert len(tables) == 2 and first == WANTED and second == {key: cells[:3] for key, cells in WANTED.items()}
+    told = str(found)
+    assert "2 runs stand beside one another, a recording each" in told and told.count("'Velocity (m/s)' is left out") == 1
+
+
+def test_one_run_is_called_as_its_file(imported):
+    text = "Latest: Time (s),Latest: Height (m)\n" + "\n".join(map(",".join, FALL))
+    found, tables = imported(text, "csv")
+    assert tables == {"drop.csv": WANTED} and "beside one another" not in str(found)
+
+
+def test_what_the_user_says_of_a_bare_name_holds_in_every_run(imported, refused):
+    """A motion detector reads distances: whether these are heights no file says."""
+    text = beside(lambda run, what: f"Run {run}: {what.replace('Height', 'Position')}")
+    refused(text, "csv", '--column "Position (m)=z_m"')
+    assert list(imported(text, "csv", column={"Position (m)": "z_m"})[1].values())[0] == WANTED
+    said = {f"Run {run}: Position (m)": "z_m" for run in (1, 2)}
+    assert list(imported(text, "csv", column=said)[1].values())[0] == WANTED
+    refused(text, "csv", "no column 'Position'", column={"Position": "z_m"})
+
+
+def test_outcomes_of_several_runs_are_refused(refused):
+    refused("Run 1: fall time (s),Run 2: fall time (s)\n0.4,0.5\n0.4,0.5\n", "csv", "drop.csv, row 1", "below one another")
+
+
+def test_a_text_export_has_short_names_between_names_and_units(imported, refused):
+    """As the manual of Logger Pro 3 describes it: names, short names, units, an empty line, numbers."""
+    text = "Vernier Format 2\nball.cmbl 28/11/2026\nRun 1\nTime\tHeight\nt\tz\ns\tm\n\n" + "\n".join(map("\t".join, FALL))
+    assert imported(text, "csv")[1]["drop.csv"] == WANTED
+    refused(f"{text}\n{text}", "csv", "row 12: another data set begins")
