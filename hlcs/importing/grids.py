@@ -138,6 +138,8 @@ def grid_of(source, separator=None):
         separator, used = separator or found[1], used[1:]
     if not used:
         raise InputError(f"{source.name}: is empty")
+    if (above := _names_in_a_comment(lines, used[0])) is not None:
+        lines[above], used = lines[above].lstrip("# \t"), [above, *used]
     if len(used) > MOST_ROWS:
         raise InputError(
             f"{source.name}: {len(used):,} rows; at most {MOST_ROWS:,} are read: export a part, or fewer samples a second"
@@ -157,6 +159,30 @@ def grid_of(source, separator=None):
         rows = ", ".join(map(str, below[:5])) + ", .." * (len(below) > 5)
         notes = (*notes, Assumption(f"{source.name}: what begins with # is passed over, as a comment (row {rows})"))
     return Grid(source.name, source.stem, numbers, cells, comma, notes)
+
+
+def _names_in_a_comment(lines, first):
+    """Index of the last comment above rows of numbers that has as many words as they have numbers, as `numpy.savetxt` and Kinovea
+    write the names of columns; None where there is none. first: index of the first row."""
+    separator = _separator(lines[first])
+
+    def parts(text):
+        return [part.strip() for part in text.split(None if separator == " " else separator)]
+
+    numbers = parts(lines[first])
+    if len(numbers) < 2 or not all(map(is_number, numbers)):
+        return None
+    comments = ((k, parts(lines[k].lstrip("# \t"))) for k in range(first - 1, -1, -1) if is_comment(lines[k]))
+    return next((k for k, words in comments if len(words) == len(numbers) and not any(map(is_number, words))), None)
+
+
+def is_number(cell):
+    """Is a cell a number, with a point or a comma, and not one of the signs of a lost sample?"""
+    try:
+        decimal(cell.replace(",", "."))
+    except ValueError:
+        return False
+    return cell.lower() not in MISSING
 
 
 def _is_comma(cell):

@@ -15,10 +15,9 @@ from hlcs.data.model_entries import FILL_IN
 from hlcs.data.outcome_tables import SD
 from hlcs.data.quantities import INPUTS, OUTCOMES
 from hlcs.data.recordings import ACCELERATIONS, COLUMNS, PIXELS
-from hlcs.files.csv_files import decimal
 from hlcs.importing.axes import turned
 from hlcs.importing.found import Assumption, Found, recording
-from hlcs.importing.grids import MISSING, grid_of, source_of
+from hlcs.importing.grids import MISSING, grid_of, is_number, source_of
 from hlcs.importing.repeats import COMPUTED, below_one_another, word_and_unit
 from hlcs.importing.runs import bare, runs_of, without_short_names
 from hlcs.importing.units import KNOWN, SI, SUFFIXES, UNITS, quantity_of, scale, split_unit
@@ -125,16 +124,16 @@ def _header(grid, overrides):
     rows = []
     for row in range(min(FIRST_ROWS, len(grid.cells) - 1)):
         cells = [cell for cell in grid.cells[row] if cell]
-        if len(cells) > 1 and not any(map(_is_number, cells)):
+        if len(cells) > 1 and not any(map(is_number, cells)):
             count = sum(cell in overrides.column or bool({cell, split_unit(bare(cell))[0]} & known) for cell in cells)
             rows.append((-count, row))
     if rows:
         return min(rows)[1]
     told = f"{grid.place(0)}: '{shown(', '.join(grid.cells[0]), 100)}'; "
-    if not any(_is_number(cell) for cells in grid.cells for cell in cells) and len(grid.cells[0]) > 1:
+    if not any(is_number(cell) for cells in grid.cells for cell in cells) and len(grid.cells[0]) > 1:
         raise InputError(f"{told}no row of numbers follows these names")
     more = "; columns are separated by tabs, semicolons, commas or blanks" if len(grid.cells[0]) == 1 else ""
-    if {split_unit(cell)[0] for cell in grid.cells[0]} & known and any(map(_is_number, grid.cells[0])):
+    if {split_unit(cell)[0] for cell in grid.cells[0]} & known and any(map(is_number, grid.cells[0])):
         more = "; a number names no column: call repeats Trial 1 (s), Trial 2 (s), .."
     raise InputError(
         f"{told}expected a row with the names of two columns or more, such as Zeit [s]; Höhe [cm], above the rows of numbers"
@@ -152,7 +151,7 @@ def _nameless(grid, head, first):
                 f"{grid.place(first)}: '{shown(below[0])}' names a column that has no name in row {grid.lines[head]}; write the "
                 "names of all columns in one row"
             )
-        if index and any(map(_is_number, below)):
+        if index and any(map(is_number, below)):
             raise InputError(
                 f"{grid.place(head)}: column {index + 1} has numbers and no name; name each column, and those that repeat a "
                 "reading alike but for a number, such as fall time 1 [s]; fall time 2 [s]"
@@ -164,18 +163,10 @@ def _nameless(grid, head, first):
 def _may_be_groups(grid, head, cell, found):
     """What to do where words that stand below a name may part the rows of a table: a ball, a floor, a person."""
     below = {cells[grid.cells[head].index(cell)] for cells in grid.cells[head + 1 :]} - MISSING - {""}
-    parts = len(below) > 1 and not any(map(_is_number, below)) and any(name in found for name in OUTCOMES)
+    parts = len(below) > 1 and not any(map(is_number, below)) and any(name in found for name in OUTCOMES)
     if not parts or "group" in found:
         return ""
     return f'; where its words part the rows (a ball, a day, a person), state "{shown(cell)}=group", or import these one by one'
-
-
-def _is_number(cell):
-    try:
-        decimal(cell.replace(",", "."))
-    except ValueError:
-        return False
-    return cell.lower() not in MISSING
 
 
 def _has_units(grid, head):
@@ -252,7 +243,7 @@ def _columns(grid, head, first, overrides, repeats=False):
 def _example(left):
     """How to say what columns are of which none is known: by their units, where these tell."""
     parts = [cell.split() for cell in left]
-    if left and all(len(part) == 2 and _is_number(part[0].replace(",", ".")) and part[1].lower() in KNOWN for part in parts):
+    if left and all(len(part) == 2 and is_number(part[0].replace(",", ".")) and part[1].lower() in KNOWN for part in parts):
         return f"their names are values: write '{shown(left[0])}' and the others into a column of their own, a row each reading"
     timed, placed = (next((c for c in left if split_unit(c)[1] in UNITS[unit_of]), None) for unit_of in ("time", "length"))
     placed = placed or next((cell for cell in left if cell != timed), "h")

@@ -35,6 +35,8 @@ def test_decimal_commas_and_centimetres(imported):
         "t/ms;z/mm\n0;1,500.0\n100;1,451.0\n200;\n300;1,059.0\n",
         "t/ms;z/mm\n0;1.500,0\n100;1.451,0\n200;\n300;1.059,0\n",
         "t z\n0 1,5\n0,1 1,451\n0,2 -\n0,3 1,059\n",
+        "# t_s z_m\n0 1.5\n0.1 1.451\n0.2 nan\n0.3 1.059\n",
+        "#Kinovea Trajectory data export\n#T Z\n\n# Ball\n0 1,5\n0,1 1,451\n0,2 -\n0,3 1,059\n",
         "Time (sec.),Height (meter)\n0,1.5\n0.1,1.451\n0.2,<NA>\n0.3,1.059\n",
     ],
     ids=[
@@ -54,6 +56,8 @@ def test_decimal_commas_and_centimetres(imported):
         "English thousands",
         "German thousands",
         "blanks and decimal commas",
+        "names in a comment",
+        "Kinovea",
         "words for units",
     ],
 )
