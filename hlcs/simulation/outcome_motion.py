@@ -243,9 +243,10 @@ def rebound_speed(setups, effects, inputs):
 
 
 def slide(setups, effects, inputs, way=None):
-    """(time [s], distance [m]) until a block stops, or until it has gone `way` (d,) [m], along x down a slope.
+    """(time [s], distance [m]) until a body stops, or until it has gone `way` (d,) [m], along x down a slope.
 
-    nan where it does not stop, or stops before it has gone that way.
+    It slides. A sphere that friction would hold there, let go at rest, rolls: its inertia counts 1 + I/(m r^2) times, and its
+    load acts on the arm of rolling friction alone. nan where a body does not stop, or stops before it has gone that way.
     """
     count = len(setups)
     angle = np.deg2rad(inputs["angle_deg"]) if "angle_deg" in inputs else np.arctan(inputs.get("slope", np.zeros(count)))
@@ -255,13 +256,21 @@ def slide(setups, effects, inputs, way=None):
     speed = inputs.get("speed_m_s", np.zeros(count)).astype(float)
     state = state_of(setups, speed[:, None] * down)
 
-    def slowing(v):
+    def moving_at(v):
         velocity = np.maximum(v, 1e-9)[:, None] * down
         moving = state._replace(twist=np.concatenate([velocity, np.zeros((count, 3))], axis=1))
+        return moving, law_at(setups, effects, moving, velocity, normal)
+
+    ball = np.array([setup.body.shape == "sphere" for setup in setups]) & (way is not None)
+    rolls = ball & (speed == 0) & (moving_at(speed)[1].friction >= np.tan(angle))
+    inertia = state.mass * np.where(rolls, 1 + state.inertia[:, 0] / (state.mass * state.radius**2), 1.0)
+
+    def slowing(v):
+        moving, law = moving_at(v)
         pull = sum(effect.forces(moving, 0.0)[:, :3] for effect in effects)
-        law = law_at(setups, effects, moving, velocity, normal)
         load = np.maximum(-np.sum(pull * normal, axis=1), 0.0)
-        return (np.sum(pull * down, axis=1) - law.friction * load) / state.mass
+        resistance = np.where(rolls, law.rolling_arm / state.radius, law.friction)
+        return (np.sum(pull * down, axis=1) - resistance * load) / inertia
 
     if way is None:  # the speed is the independent variable: distance = int v dv / -a, time = int dv / -a
         nodes, weights = np.polynomial.legendre.leggauss(48)
@@ -298,7 +307,7 @@ def stop_distance(setups, effects, inputs):
 
 
 def slide_time(setups, effects, inputs):
-    """Time to slide through distance_m from rest or speed_m_s, or, where no distance is given, to stop."""
+    """Time to slide, or to roll, through distance_m from rest or speed_m_s, or, where no distance is given, to stop."""
     return slide(setups, effects, inputs, inputs.get("distance_m"))[0]
 
 

@@ -10,6 +10,7 @@ from hlcs.data.quantities import OUTCOMES
 from hlcs.effects import check_names, class_named
 from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.kinds.noise_shown import Shown, noise_shown
+from hlcs.kinds.outcomes.never import other_settings
 from hlcs.kinds.outcomes.problem import fastest_rows, judge_table, posed, prepare_table, table_candidates, where_in_table
 from hlcs.kinds.outcomes.repeats import groups_told, without_misread
 from hlcs.kinds.outcomes.rolling import rolling_told
@@ -106,7 +107,9 @@ class Outcomes(Tabulated):
             cross_validation = CrossValidation(prepared.problem.trials, self.file.hold_out)
             cross_validation.few = len(self.table.values) < FEW
             odds = ODDS if cross_validation.possible else ODDS_ALONE
-            search = Search(prepared.problem, chosen, prepared.base, odds, self.options.log).run()
+            search = Search(prepared.problem, chosen, prepared.base, odds, self.options.log)
+            search.first += other_settings(search)
+            search.run()
             if not again or search.budget.stopped:
                 break
             problem = prepared.problem.beside(search.fits[search.ranked()[0]].model)

@@ -16,6 +16,7 @@ WHY = {  # outcome -> what the model says of the body, what to check
     "slide_time_s": ("the body does not slide there: friction holds or stops it before", "friction, slope and speed"),
     "stop_distance_m": ("the body never stops there: nothing holds it", "friction and slope"),
 }
+VALUES, NEAR = 25, 0.01  # of a friction or a restitution that are tried, and part of the way to zero where it should be seen
 WAYLESS = ("the body never stops there: nothing holds it", "friction and slope")  # of a slide_time_s
 
 
@@ -44,3 +45,27 @@ def told(table, never):
         + f": the model says "
         f"that {why}; these rows count as missed by all that was measured: check {what}",
     )
+
+
+def other_settings(search):
+    """[({effect: its numbers}, None)] to begin fits from where a setting, the friction or the restitution that the file states,
+    does nothing near the stated value: the value of its plausible range that leaves least.
+
+    While a friction holds a block, or lets a ball roll, a little less of it changes nothing, and no derivative tells that much
+    less would.
+    """
+    found, base = [], search.base
+
+    def left(name, number, value):
+        return search.preview.left_from({name: {number: float(value)}}, base.initial_states)
+
+    for entry in search.candidates.values():
+        if not entry.setting or len(entry.free) != 1 or entry.free[0].null is None:
+            continue
+        name, free = entry.name, entry.free[0]
+        if left(name, free.name, (1 - NEAR) * free.null + NEAR * free.low) != left(name, free.name, free.null):
+            continue
+        tried = np.linspace(free.low, free.high, VALUES)
+        least, value = min((left(name, free.name, value), value) for value in tried)
+        found += [({name: {free.name: float(value)}}, None)] if least < base.chi2 else []
+    return tuple(found)

@@ -20,6 +20,7 @@ from hlcs.estimation.whitening import colour, whitening_of_settings
 from hlcs.kinds.outcomes.checks import check_magnitude, check_table
 from hlcs.kinds.outcomes.designs import ON_A_FLOOR, SLOPED, TOO_LONG, rows_of, said
 from hlcs.kinds.outcomes.never import all_that_was_measured, told
+from hlcs.kinds.outcomes.rolling import held_told
 from hlcs.kinds.outcomes.row_noise import TableNoise, table_noise
 from hlcs.kinds.outcomes.setting_errors import SettingErrors, of_inputs, outcomes_at, setting_errors, settings_at
 from hlcs.kinds.protocol import Prepared, misses
@@ -54,7 +55,7 @@ FITTING = {  # what acts on each outcome
     "fall_time_s": (*FORCES, *CLOCK, LengthScale),
     "rebound_height_m": (*FORCES, effects.Restitution, effects.VelocityDependentRestitution, LengthScale),
     "stop_distance_m": (*SLIDING, LengthScale),
-    "slide_time_s": (*SLIDING, *CLOCK, LengthScale),
+    "slide_time_s": (*SLIDING, effects.RollingFriction, *CLOCK, LengthScale),
     "rest_height_m": (SizeError, MarginOffset, LengthScale),
     "passage_time_s": (*FORCES, TimeScale, LengthScale),
     "bounce_time_s": (*FORCES, *CLOCK, effects.Restitution, effects.VelocityDependentRestitution, LengthScale),
@@ -291,6 +292,8 @@ def table_candidates(file, table, names, own):
             return NEEDS[missing][0]
         if kind is effects.LoadDependentFriction and "mass_kg" not in inputs:
             return "the load does not vary"
+        if kind is effects.RollingFriction and body.shape != "sphere":
+            return "no other body than a sphere rolls"
         return None
 
     why = {kind: stated(kind, file) or obstacle(kind) for kind in wanted(names, own)}
@@ -322,6 +325,7 @@ def posed(problem, model):
         *fluids_told(problem.file, problem.setups),
         *problem.scatter.notes(problem.table),
         *told(problem.table, problem.never),
+        *held_told(problem.file, problem.table),
         *problem.errors.notes,
     )
     if problem.errors.deviation.any() and len(np.unique(problem.table.groups)) < len(problem.values) and parted(problem.table):

@@ -1,4 +1,4 @@
-"""A ball on a slope rolls: the laws of slides know no turning, and a friction stands in for it.
+"""A ball on a slope rolls where friction holds it; where the stated friction does not, its slide may stand in for rolling.
 
 A body that rolls without slipping goes as one without friction whose weight accelerates 1 + I / (m r^2) times its mass. A slide
 with a friction of 2/7 of the slope does the same as a solid ball: the report names both.
@@ -12,6 +12,19 @@ from hlcs.data.notes import AsItIs
 from hlcs.data.rigid_body import known_body, rigid_body
 from hlcs.kinds.outcomes.designs import ON_A_FLOOR
 from hlcs.report.words import AS_IT_IS
+
+
+def held_told(file, table):
+    """The note on balls that roll, since the stated friction holds them on their slope; () of none."""
+    inputs = table.inputs
+    if table.outcome != "slide_time_s" or "distance_m" not in inputs or file.body.shape != "sphere":
+        return ()
+    slope = np.tan(np.deg2rad(inputs["angle_deg"])) if "angle_deg" in inputs else inputs.get("slope", np.zeros(1))
+    held = (slope <= inputs.get("friction", file.surroundings.friction)) & (inputs.get("speed_m_s", np.zeros(1)) == 0)
+    if not held.any():
+        return ()
+    rows = "all rows" if held.all() else f"{int(held.sum())} of {len(table.values)} rows"
+    return (f"{rows}: the stated friction holds the ball, so it rolls without slipping",)
 
 
 def rolling_told(problem, model, judge):

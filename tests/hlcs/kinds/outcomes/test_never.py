@@ -14,6 +14,8 @@ from minibullet.effects import Buoyancy, Friction, Gravity, Restitution
 
 G = 9.81
 SETUP = Setup(Body(radius=0.02, mass=0.04), Surroundings(fluid_density=0.0, friction=0.0))
+BLOCK = Setup(Body(shape="box", size=(0.1, 0.1, 0.1), mass=0.04), Surroundings(fluid_density=0.0, friction=0.0))
+BOX = {"shape": "box", "size": [0.1, 0.1, 0.1], "mass": 0.04}
 BALL = {"shape": "sphere", "radius": 0.02, "mass": 0.04}
 
 
@@ -43,7 +45,7 @@ def test_a_block_slides_from_rest_only_where_the_slope_pulls_more_than_friction(
     """t = sqrt(2 d / a), a = g (sin - mu cos), where a > 0."""
     angle = np.array([2.0, 5.0, 10.0, 16.0, 20.0])
     pull = G * (np.sin(np.deg2rad(angle)) - friction * np.cos(np.deg2rad(angle)))
-    found = slide_time([SETUP] * 5, (Gravity(G), Friction(friction)), {"angle_deg": angle, "distance_m": np.ones(5)})
+    found = slide_time([BLOCK] * 5, (Gravity(G), Friction(friction)), {"angle_deg": angle, "distance_m": np.ones(5)})
     np.testing.assert_allclose(found, np.where(pull > 0, np.sqrt(2 / np.where(pull > 0, pull, 1.0)), np.nan), rtol=1e-4)
 
 
@@ -59,7 +61,8 @@ def test_compare_says_of_which_rows_the_model_says_never():
     angle = np.repeat([10.0, 15.0, 20.0, 30.0], 3)
     pull = G * (np.sin(np.deg2rad(angle)) - 0.1 * np.cos(np.deg2rad(angle)))
     times = np.sqrt(2 / pull) + 0.001 * np.tile([-1.0, 0.0, 1.0], 4)
-    seen = hlcs.compare(measured({"angle_deg": angle, "distance_m": np.ones(12), "slide_time_s": times}, friction=0.3))
+    columns = {"angle_deg": angle, "distance_m": np.ones(12), "slide_time_s": times}
+    seen = hlcs.compare(measured(columns, BOX, friction=0.3))
     (note,) = [note for note in seen.notes if "does not slide" in note]
     assert "6 of 12 rows, the first row 2 (angle_deg = 10, distance_m = 1)" in note
     frame = seen.to_dataframe()
@@ -81,11 +84,23 @@ def test_a_restitution_is_found_though_the_model_lets_the_ball_lie_and_buoyancy_
     assert found.parameters["restitution"]["coefficient"]["value"] == pytest.approx(0.8, abs=0.002)
 
 
+@pytest.mark.parametrize("body, true", [(BOX, 0.1), (BOX, 0.3), (BALL, 0.3)])
+def test_a_friction_is_found_though_the_stated_one_holds_every_row(body, true):
+    """0.5 holds up to 26.6 degrees: no derivative there tells that less would let the body slide, in t = sqrt(2 d / a)."""
+    angle, way = np.repeat([18.0, 22.0, 26.0], 6), np.tile([0.5, 1.0], 9)
+    pull = G * (np.sin(np.deg2rad(angle)) - true * np.cos(np.deg2rad(angle)))
+    times = np.sqrt(2 * way / pull) + 0.01 * np.random.default_rng(1).standard_normal(18)
+    found = hlcs.diagnose(measured({"angle_deg": angle, "distance_m": way, "slide_time_s": times}, body, friction=0.5))
+    assert (found.verdict, found.effects) == ("effect", ("friction",))
+    assert found.parameters["friction"]["coefficient"]["value"] == pytest.approx(true, abs=0.002)
+
+
 def test_an_error_of_a_slope_is_carried_from_the_side_on_which_the_block_slides(tmp_path):
     """A slope of 0.11 +- 0.02 beside a friction of 0.1: at 0.09 nothing slides, so the error is t(0.11) - t(0.13)."""
     (tmp_path / "t.csv").write_text("slope,distance_m,slide_time_s\n" + "0.11,1,4.5\n0.11,1,4.6\n0.11,1,4.4\n")
     (tmp_path / "e.toml").write_text(
-        'kind = "outcomes"\n[body]\nradius = 0.02\nmass = 0.04\n[surroundings]\nfluid_density = 0.0\nfriction = 0.1\n'
+        'kind = "outcomes"\n[body]\nshape = "box"\nsize = [0.1, 0.1, 0.1]\nmass = 0.04\n'
+        "[surroundings]\nfluid_density = 0.0\nfriction = 0.1\n"
         '[measurement]\nfile = "t.csv"\ninput_sd = { slope = 0.02 }\n'
     )
     file = read_experiment_file(tmp_path / "e.toml")
