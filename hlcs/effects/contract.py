@@ -33,6 +33,7 @@ class Setup:
     surroundings: Surroundings
     margin: float = 0.0  # gap that contacts keep open [m]
     centre: tuple = (0.0, 0.0, 0.0)  # centre of mass from the tracked centre, body axes [m]
+    session: str = ""  # of a row of a table: whose clock and ruler measured it
 
 
 class Scene(NamedTuple):
@@ -71,12 +72,19 @@ class Change(Facts):
         """Recorded outcomes of a table, given the true ones (n,); unit "s" or "m"."""
         return values
 
+    def in_session(self, name):
+        """What it is for rows of a table that were measured in that session."""
+        return self
+
 
 @dataclass(frozen=True)
 class BySession(Change):
     """A change of what was recorded that is another one in each session; runs of no session that it names stay as they are."""
 
     parts: tuple[tuple[str, Change], ...] = ()
+
+    def in_session(self, name):
+        return dict(self.parts).get(name, Change())
 
     def look(self, look, scene):
         parts = [(np.flatnonzero(scene.session == name), change.look(look, scene)) for name, change in self.parts]

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hlcs.effects import Candidate, build, build_entry, class_named
-from hlcs.effects.contract import Change
+from hlcs.effects.contract import Change, in_sessions
 from hlcs.files.documents import to_toml
 from hlcs.simulation.simulator import Simulator
 from minibullet.effects import Effect, Gravity, compose
@@ -54,6 +54,11 @@ class Terms:
     def with_at(self, index, numbers):
         """The model with other numbers in its term number `index`."""
         return replace(self, terms=self.terms[:index] + (self.terms[index].at(numbers),) + self.terms[index + 1 :])
+
+    @property
+    def by_session(self):
+        """Is a number another one in each session?"""
+        return any(in_sessions(entry) for entry in self.entries)
 
     def held(self):
         """The model with all its numbers held where they are."""

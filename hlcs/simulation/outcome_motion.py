@@ -30,9 +30,10 @@ def outcomes(model, setups, inputs, outcome):
     """Outcomes (d,) [s, m or m/s] of d distinct rows: setups of the rows, inputs name -> (d,); nan where one never comes."""
     answers, alike, unit = np.empty(len(setups)), {}, OUTCOMES[outcome]
     for row, setup in enumerate(setups):
-        alike.setdefault(setup.surroundings, []).append(row)
-    for surroundings, members in alike.items():
+        alike.setdefault((setup.surroundings, setup.session), []).append(row)
+    for (surroundings, session), members in alike.items():
         effects, setup_changes, measurement_changes = model.changes(surroundings)
+        measurement_changes = [change.in_session(session) for change in measurement_changes]
         actual = [setups[row] for row in members]
         for change in setup_changes:
             actual = [change.setup(setup) for setup in actual]

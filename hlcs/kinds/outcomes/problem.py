@@ -9,6 +9,7 @@ from hlcs.data.quantities import OUTCOMES
 from hlcs.data.rigid_body import known_body, known_to_drag
 from hlcs.effects import wanted
 from hlcs.effects.body import MassOffset, SizeError
+from hlcs.effects.candidates import each_session
 from hlcs.effects.measurement import ClockOffset, LengthScale, TimeScale
 from hlcs.effects.numerics import MarginOffset
 from hlcs.effects.witnesses import Camera
@@ -20,6 +21,7 @@ from hlcs.estimation.whitening import colour, whitening_of_settings
 from hlcs.kinds.outcomes.checks import check_magnitude, check_table
 from hlcs.kinds.outcomes.designs import ON_A_FLOOR, SLOPED, TOO_LONG, rows_of, said
 from hlcs.kinds.outcomes.never import all_that_was_measured, told
+from hlcs.kinds.outcomes.repeats import between_groups
 from hlcs.kinds.outcomes.rolling import held_told
 from hlcs.kinds.outcomes.row_noise import TableNoise, table_noise
 from hlcs.kinds.outcomes.setting_errors import SettingErrors, of_inputs, outcomes_at, setting_errors, settings_at
@@ -125,9 +127,13 @@ class TableProblem(DirectProblem):
     def predict(self, model):
         """Outcomes of all rows, (n,); nan where one never comes, zero where the model under test says that too (`never`)."""
         if model.terms not in self.predicted:  # the rest of the model is the file's and stays
-            with np.errstate(all="ignore"):
-                distinct = outcome_motion.outcomes(model, self.setups, self.distinct, self.table.outcome)
-            self.predicted[model.terms] = all_that_was_measured(distinct[self.back], self.values, self.never)
+            found, groups = np.empty(len(self.values)), self.table.groups
+            for group in np.unique(groups) if model.by_session else [None]:
+                setups = self.setups if group is None else [replace(setup, session=str(group)) for setup in self.setups]
+                with np.errstate(all="ignore"):
+                    distinct = outcome_motion.outcomes(model, setups, self.distinct, self.table.outcome)
+                found = np.where((groups == group) | (group is None), distinct[self.back], found)
+            self.predicted[model.terms] = all_that_was_measured(found, self.values, self.never)
         return self.predicted[model.terms]
 
     def linearise(self, model, initial_states):
@@ -269,7 +275,7 @@ def fastest_rows(file, table):
 
 
 def table_candidates(file, table, names, own):
-    """(candidates, {name: why not}) for an outcome table."""
+    """(candidates, {name: why not}) for an outcome table; where its groups differ, an error of measurement is another in each."""
     inputs, speeds = table.inputs, fastest_rows(file, table)
     sizes, densities = (inputs.get(name, 1.0) for name in ("radius_m", "fluid_density_kg_m3"))
     row = int(np.argmax(speeds * sizes * densities))  # that of the largest Reynolds number speaks for all
@@ -298,7 +304,9 @@ def table_candidates(file, table, names, own):
 
     why = {kind: stated(kind, file) or obstacle(kind) for kind in wanted(names, own)}
     why = with_drag_that_fits(why, body, surroundings, speed)
-    return eligible(why, file.effects, body, surroundings, known_to_drag(body), own, extent, speed)
+    found, absent = eligible(why, file.effects, body, surroundings, known_to_drag(body), own, extent, speed)
+    sessions = np.unique(table.groups).tolist() if between_groups(table).seen else ()
+    return [each_session(entry, sessions) for entry in found], absent
 
 
 def prepare_table(file, table, own=()):

@@ -71,9 +71,8 @@ def groups_told(table):
     told = ", ".join(f"{name} {mean:+.2g}" for name, mean in sorted(means.items(), key=lambda each: -abs(each[1]))[:GROUPS_TOLD])
     return (
         f"rows of equal inputs differ by {apart.size:.2g} {unit} from group to group, beyond what rows of one group do: it "
-        "depends on who or what measured there, which no effect explains; "
-        f"off the means of their settings lie, in {unit}, {told}; "
-        "compare the groups one by one, each in a table of its own",
+        "depends on who or what measured there, so an error of a clock or a ruler is looked for in each; "
+        f"off the means of their settings lie, in {unit}, {told}",
     )
 
 

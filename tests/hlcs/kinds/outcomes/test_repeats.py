@@ -49,7 +49,7 @@ def test_groups_that_differ_do_not_make_the_noise_larger():
     assert between_repeats(late).sigma == pytest.approx(SIGMA, rel=0.6)  # 14 degrees of freedom: 19 %, three times that
     assert between_groups(late).size == pytest.approx(0.1 / np.sqrt(2), rel=0.2)  # one sigma of two values 0.1 apart
     assert "from group to group" in groups_told(late)[0]
-    assert "lie, in s, b +0.049, a -0.049;" in groups_told(late)[0]  # half of 0.1, and what 14 rows scatter by
+    assert "lie, in s, b +0.049, a -0.049" in groups_told(late)[0]  # half of 0.1, and what 14 rows scatter by
     assert groups_told(alike) == () and repeats_of(alike).freedom == 21  # then all rows of a height repeat each other
 
 
