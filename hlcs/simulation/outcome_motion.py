@@ -30,19 +30,28 @@ def outcomes(model, setups, inputs, outcome):
     """Outcomes (d,) [s, m or m/s] of d distinct rows: setups of the rows, inputs name -> (d,); nan where one never comes."""
     answers, alike, unit = np.empty(len(setups)), {}, OUTCOMES[outcome]
     for row, setup in enumerate(setups):
-        alike.setdefault((setup.surroundings, setup.session), []).append(row)
-    for (surroundings, session), members in alike.items():
+        alike.setdefault(setup.surroundings, []).append(row)
+    for surroundings, members in alike.items():
         effects, setup_changes, measurement_changes = model.changes(surroundings)
-        measurement_changes = [change.in_session(session) for change in measurement_changes]
         actual = [setups[row] for row in members]
         for change in setup_changes:
             actual = [change.setup(setup) for setup in actual]
-        true_inputs = {name: values[members] for name, values in inputs.items()}
-        for change in measurement_changes:
-            true_inputs = change.inputs(true_inputs, unit)
+        true_inputs = {name: np.array(values[members], dtype=float) for name, values in inputs.items()}
+        sessions = np.array([setup.session for setup in actual])
+        parts = [
+            (np.flatnonzero(sessions == session), [change.in_session(session) for change in measurement_changes])
+            for session in np.unique(sessions)
+        ]
+        for inside, changes in parts:
+            own = {name: values[inside] for name, values in true_inputs.items()}
+            for change in changes:
+                own = change.inputs(own, unit)
+            for name, values in own.items():
+                true_inputs[name][inside] = values
         values = LAWS[outcome](actual, effects, true_inputs)
-        for change in measurement_changes:
-            values = change.outcome(values, unit)
+        for inside, changes in parts:
+            for change in changes:
+                values[inside] = change.outcome(values[inside], unit)
         answers[members] = values
     return answers
 

@@ -127,13 +127,13 @@ class TableProblem(DirectProblem):
     def predict(self, model):
         """Outcomes of all rows, (n,); nan where one never comes, zero where the model under test says that too (`never`)."""
         if model.terms not in self.predicted:  # the rest of the model is the file's and stays
-            found, groups = np.empty(len(self.values)), self.table.groups
-            for group in np.unique(groups) if model.by_session else [None]:
-                setups = self.setups if group is None else [replace(setup, session=str(group)) for setup in self.setups]
-                with np.errstate(all="ignore"):
-                    distinct = outcome_motion.outcomes(model, setups, self.distinct, self.table.outcome)
-                found = np.where((groups == group) | (group is None), distinct[self.back], found)
-            self.predicted[model.terms] = all_that_was_measured(found, self.values, self.never)
+            groups = np.unique(self.table.groups if model.by_session else "")
+            setups = [replace(setup, session=str(group)) for group in groups for setup in self.setups]
+            inputs = {name: np.tile(values, len(groups)) for name, values in self.distinct.items()}
+            with np.errstate(all="ignore"):
+                distinct = outcome_motion.outcomes(model, setups, inputs, self.table.outcome).reshape(len(groups), -1)
+            of_row = np.searchsorted(groups, self.table.groups) if model.by_session else 0
+            self.predicted[model.terms] = all_that_was_measured(distinct[of_row, self.back], self.values, self.never)
         return self.predicted[model.terms]
 
     def linearise(self, model, initial_states):
