@@ -23,15 +23,16 @@ DRAWS = 2000  # of scatter without misreadings or order, beside which rows and s
 class Repeats(NamedTuple):
     """Rows that repeat each other, and what they differ by."""
 
+    values: np.ndarray  # less what their groups differ by, where rows of several repeat each other (n,)
     cell: np.ndarray  # equal for rows that do (n,)
     within: float  # sum of squares about the means of the cells; 0 where all rows of each agree
     freedom: int
 
     @classmethod
-    def of(cls, values, cell):
-        """The Repeats of values (n,) in cells, integers (n,)."""
+    def of(cls, values, cell, shifts=0):
+        """The Repeats of values (n,) in cells, integers (n,); shifts: how many numbers were taken from the values before."""
         each, cell = np.unique(cell, return_inverse=True)
-        return cls(cell, float(np.sum(off_means(values, cell) ** 2)), len(values) - len(each))
+        return cls(values, cell, float(np.sum(off_means(values, cell) ** 2)), len(values) - len(each) - shifts)
 
 
 class Apart(NamedTuple):
@@ -39,20 +40,31 @@ class Apart(NamedTuple):
 
     seen: bool  # beyond chance
     size: float  # one sigma beyond what rows of one setting and group differ by [unit of the outcome]
-    inside: Repeats  # of one setting and group
+    inside: Repeats  # of one setting and group; of one setting, less what its groups differ by, where each stands there once
 
 
 def between_groups(table):
-    """The Apart of a table, by the F test of one-way analysis of variance within settings."""
+    """The Apart of a table, by the F test of an analysis of variance within settings: of one way where groups repeat their rows,
+    else of two, in which a group differs by the same at every setting."""
     group = np.unique(table.groups, return_inverse=True)[1]
     cell = np.unique(np.column_stack([table.setting, group]), axis=0, return_inverse=True)[1].reshape(-1)
     settings, inside = Repeats.of(table.values, table.setting), Repeats.of(table.values, cell)
+    if inside.freedom < LEAST_FREEDOM <= min(settings.freedom, len(group) - len(np.unique(group))):
+        inside, cell = _less_shifts(table, group), group
     groups = settings.freedom - inside.freedom  # degrees of freedom between the groups of a setting
     if groups <= 0 or inside.freedom < LEAST_FREEDOM or inside.within == 0:
         return Apart(False, 0.0, inside)
     of_groups, of_rows = (settings.within - inside.within) / groups, inside.within / inside.freedom
     seen = special.fdtrc(groups, inside.freedom, of_groups / of_rows) < SEEN
     return Apart(seen, float(np.sqrt(max(of_groups - of_rows, 0.0) * (inside.cell.max() + 1) / len(cell))), inside)
+
+
+def _less_shifts(table, group):
+    """The Repeats of settings, less the shifts of groups (n,) that leave least of them."""
+    stands = (group[:, None] == np.unique(group)).astype(float)
+    within = np.column_stack([off_means(column, table.setting) for column in stands.T])
+    shifts, _, rank, _ = np.linalg.lstsq(within, off_means(table.values, table.setting), rcond=1e-9)
+    return Repeats.of(table.values - stands @ shifts, table.setting, int(rank))
 
 
 def repeats_of(table):

@@ -128,10 +128,12 @@ def growing(table):
     The variance is s^2 (1 - w + w y^2 / u^2) of a mean outcome y; w and s are the most probable ones, the means of the repeats
     being unknown (restricted likelihood), and what they gain over w = 0 is asked to be more than chance gives.
     """
-    cell = np.unique(repeats_of(table).cell, return_inverse=True)[1]
+    repeats = repeats_of(table)
+    cell = np.unique(repeats.cell, return_inverse=True)[1]
     counts = np.bincount(cell)
     means = np.bincount(cell, table.values) / counts
-    squares, freedom = np.bincount(cell, off_means(table.values, cell) ** 2), counts - 1
+    squares, freedom = np.bincount(cell, off_means(repeats.values, cell) ** 2), counts - 1
+    squares = squares * (freedom.sum() / repeats.freedom)  # more than those of a cell are one number less
     least = of_the_digit(last_digit(table.values))
     squares = squares + freedom * least**2  # repeats that agree to the last digit scatter below it
     usual = float(np.sqrt(freedom @ means**2 / freedom.sum()))

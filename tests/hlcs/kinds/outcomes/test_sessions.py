@@ -38,3 +38,26 @@ def test_persons_that_agree_have_one_clock():
     body, around = {"shape": "sphere", "radius": 0.02, "mass": 0.26}, {"fluid_density": 0.0}
     found = hlcs.diagnose(hlcs.Experiment.from_frames(columns, body, around, kind="outcomes"), candidates=["clock_offset"])
     assert list(found.parameters["clock_offset"]) == ["offset"]
+
+
+def test_bounces_of_drops_whose_release_was_heard_too_early_or_too_late():
+    """No drop repeats a row of its own: what groups differ by at every setting is theirs, and what is left beside that is noise.
+
+    t = sqrt(2 h / g) (1 + 2 e + .. + 2 e^(n - 1)) with e = 0.8, where 0.75 is stated.
+    """
+    drops, bounce = np.repeat(np.arange(6), 6), np.tile(np.arange(1, 7), 6)
+    height, generator = np.where(drops % 2, 0.5, 0.3), np.random.default_rng(1)
+    late = 0.02 * generator.standard_normal(6)
+    flights = np.cumsum([1.0, *(2 * 0.8 ** np.arange(1, 6))])
+    noise = 5e-4
+    times = np.sqrt(2 * height / G) * flights[bounce - 1] + late[drops] + noise * generator.standard_normal(36)
+    columns = {"height_m": height, "bounce": bounce, "bounce_time_s": times, "group": [f"drop {k}" for k in drops]}
+    body, around = {"shape": "sphere", "radius": 0.02, "mass": 0.26}, {"fluid_density": 0.0, "restitution": 0.75}
+    experiment = hlcs.Experiment.from_frames(columns, body, around, kind="outcomes")
+    seen = hlcs.compare(experiment)
+    assert seen.noise["position"] == pytest.approx(noise, rel=0.5)  # 20 degrees of freedom: 16 %, three times that
+    found = hlcs.diagnose(experiment, candidates=["restitution", "clock_offset", "quadratic_drag"])
+    assert found.verdict == "effect" and set(found.effects) == {"restitution", "clock_offset"}
+    assert found.parameters["restitution"]["coefficient"]["value"] == pytest.approx(0.8, abs=0.001)
+    offsets = [found.parameters["clock_offset"][f"offset drop {k}"]["value"] for k in range(6)]
+    np.testing.assert_allclose(offsets, late, atol=0.002)
