@@ -275,7 +275,8 @@ def fastest_rows(file, table):
 
 
 def table_candidates(file, table, names, own):
-    """(candidates, {name: why not}) for an outcome table; where its groups differ, an error of measurement is another in each."""
+    """(candidates, {name: why not}) for an outcome table; where its groups differ, a clock offset is another one in each: persons
+    have their own reaction times, and share a ruler."""
     inputs, speeds = table.inputs, fastest_rows(file, table)
     sizes, densities = (inputs.get(name, 1.0) for name in ("radius_m", "fluid_density_kg_m3"))
     row = int(np.argmax(speeds * sizes * densities))  # that of the largest Reynolds number speaks for all
@@ -306,7 +307,7 @@ def table_candidates(file, table, names, own):
     why = with_drag_that_fits(why, body, surroundings, speed)
     found, absent = eligible(why, file.effects, body, surroundings, known_to_drag(body), own, extent, speed)
     sessions = np.unique(table.groups).tolist() if between_groups(table).seen else ()
-    return [each_session(entry, sessions) for entry in found], absent
+    return [each_session(entry, sessions) if entry.kind is ClockOffset else entry for entry in found], absent
 
 
 def prepare_table(file, table, own=()):

@@ -78,13 +78,14 @@ def groups_told(table):
     apart = between_groups(table)
     if not apart.seen:
         return ()
+    clocked = table.outcome in ("fall_time_s", "slide_time_s", "bounce_time_s")
+    explained = "so a clock offset is looked for in each" if clocked else "which no effect explains: compare them one by one"
     unit, off = OUTCOMES[table.outcome], off_means(table.values, table.setting)
     means = {name: float(np.mean(off[table.groups == name])) for name in np.unique(table.groups)}
     told = ", ".join(f"{name} {mean:+.2g}" for name, mean in sorted(means.items(), key=lambda each: -abs(each[1]))[:GROUPS_TOLD])
     return (
         f"rows of equal inputs differ by {apart.size:.2g} {unit} from group to group, beyond what rows of one group do: it "
-        "depends on who or what measured there, so an error of a clock or a ruler is looked for in each; "
-        f"off the means of their settings lie, in {unit}, {told}",
+        f"depends on who or what measured there, {explained}; off the means of their settings lie, in {unit}, {told}",
     )
 
 

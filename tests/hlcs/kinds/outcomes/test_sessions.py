@@ -1,4 +1,4 @@
-"""Groups of a table that differ at equal inputs, two persons with a stopwatch: each has an error of measurement of its own."""
+"""Groups of a table that differ at equal inputs, as two persons with a stopwatch: each has a clock offset of its own."""
 
 import numpy as np
 import pytest
