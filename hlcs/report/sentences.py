@@ -15,6 +15,7 @@ NEAR_NOISE = 1.15  # times the noise up to which an error is called noise withou
 NOTHING_MORE = "Nothing more is missing."
 LEFT_OUT = {"trajectory": "recordings", "outcomes": "rows", "layers": "layers"}  # what is held out, by the kind of measurement
 STANDS = 1e-6  # speed of a body that stands, to rounding [m/s]
+MANY = 8  # numbers of one effect, beyond which a sentence names two of them: the clocks of a class of thirty
 SMALL = 0.02  # share of the error below which its fall is told by chi-square instead
 
 
@@ -81,7 +82,9 @@ def _finding(diagnosis, name, what, otherwise):
 def _numbers(name, numbers):
     """The name of an effect and its numbers; what only says that it is there is no number, nor is what the data do not show."""
     known = {key: entry for key, entry in numbers.items() if key != "switch" and "left_out" not in entry}
-    return ", ".join([words(name), *(f"{words(key)} {value(entry)}" for key, entry in known.items())])
+    told = [f"{words(key)} {value(entry)}" for key, entry in known.items()]
+    more = [f"and {len(told) - 2} more, listed below"] if len(told) > MANY else []
+    return ", ".join([words(name), *(told[:2] if more else told), *more])
 
 
 def _beyond(numbers):

@@ -61,3 +61,14 @@ def test_bounces_of_drops_whose_release_was_heard_too_early_or_too_late():
     assert found.parameters["restitution"]["coefficient"]["value"] == pytest.approx(0.8, abs=0.001)
     offsets = [found.parameters["clock_offset"][f"offset drop {k}"]["value"] for k in range(6)]
     np.testing.assert_allclose(offsets, late, atol=0.002)
+
+
+def test_the_clocks_of_a_class_are_listed_and_not_read_out():
+    """Twelve persons, each late by 10 ms more than the one before: a sentence names two of them, the table all."""
+    height, person = np.tile([0.5, 1.0, 1.5, 2.0], 12), np.repeat(np.arange(12), 4)
+    times = np.sqrt(2 * height / G) + 0.01 * person + 0.002 * np.random.default_rng(6).standard_normal(48)
+    columns = {"height_m": height, "fall_time_s": times, "group": [f"s{k:02d}" for k in person]}
+    body, around = {"shape": "sphere", "radius": 0.02, "mass": 0.26}, {"fluid_density": 0.0}
+    found = hlcs.diagnose(hlcs.Experiment.from_frames(columns, body, around, kind="outcomes"), candidates=["clock_offset"])
+    opening, _, rest = " ".join(str(found).split()).partition("The numbers")
+    assert "and 10 more, listed below" in opening and "s05" not in opening and "offset s05" in rest
