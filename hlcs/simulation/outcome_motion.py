@@ -37,11 +37,7 @@ def outcomes(model, setups, inputs, outcome):
         for change in setup_changes:
             actual = [change.setup(setup) for setup in actual]
         true_inputs = {name: np.array(values[members], dtype=float) for name, values in inputs.items()}
-        sessions = np.array([setup.session for setup in actual])
-        parts = [
-            (np.flatnonzero(sessions == session), [change.in_session(session) for change in measurement_changes])
-            for session in np.unique(sessions)
-        ]
+        parts = in_each_session(measurement_changes, actual)
         for inside, changes in parts:
             own = {name: values[inside] for name, values in true_inputs.items()}
             for change in changes:
@@ -54,6 +50,12 @@ def outcomes(model, setups, inputs, outcome):
                 values[inside] = change.outcome(values[inside], unit)
         answers[members] = values
     return answers
+
+
+def in_each_session(changes, setups):
+    """[(places of the rows of one session, the changes of the measurement as they are there)]."""
+    sessions = np.array([setup.session for setup in setups])
+    return [(np.flatnonzero(sessions == name), [change.in_session(name) for change in changes]) for name in np.unique(sessions)]
 
 
 def state_of(setups, velocity, spin=0.0):
