@@ -99,7 +99,7 @@ def _beyond(numbers):
 
 def reynolds_told(diagnosis, holds):
     """Sentences on the Reynolds numbers of the laws of drag that hold there, or of those that do not or are not known to."""
-    told = {name: each["told"] for name, each in diagnosis.reynolds.items() if bool(each["holds"]) == holds}
+    told = {name: each["told"] for name, each in diagnosis.reynolds.items() if bool(each["holds"] or each.get("area")) == holds}
     return [f"{capital(words(name))}: {sentence[:1].lower()}{sentence[1:]}" for name, sentence in told.items()]
 
 

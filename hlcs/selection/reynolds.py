@@ -3,6 +3,7 @@
 from dataclasses import replace
 from math import inf
 
+from hlcs.data.rigid_body import rigid_body
 from hlcs.selection.eligibility import reynolds_numbers, rounded
 from minibullet.effects.fluid import (
     SCHILLER_NAUMANN,
@@ -25,13 +26,24 @@ def reached(candidates, parameters, moved, adequate):
     candidates: {effect: Candidate}; moved: [(body, surroundings, its highest speed [m/s])] of every recording or row; adequate:
     do the effects explain the data, so that what drags is known? least, most: of the Reynolds numbers 2 r rho v/eta at these
     speeds, None where nobody knows the viscosity; holds: is the form of the law a sphere's at all of them; told: sentences. The
-    curves are those of spheres: nothing is said of other bodies.
+    curves are those of spheres: of other bodies the area is told that a drag coefficient refers to, where no file states it.
     """
+    laws = {name: candidates[name].kind for name in parameters if issubclass(candidates[name].kind, Drag)}
     spheres = [each for each in moved if each[0].shape == "sphere" and each[0].sized and each[1].fluid_density and each[2] > 0]
     if not spheres:
-        return {}
-    laws = {name: candidates[name].kind for name in parameters if issubclass(candidates[name].kind, Drag)}
+        areas = [
+            rigid_body(body).area for body, _, _ in moved if body.shape != "sphere" and body.sized and body.drag_area is None
+        ]
+        return {name: _area(areas) for name in laws if areas and "drag_coefficient" in parameters[name]}
     return {name: _reached(kind, parameters[name], spheres, adequate) for name, kind in laws.items()}
+
+
+def _area(areas):
+    """What a drag coefficient refers to, areas of all that moved [m2]."""
+    least, most = (f"{end:.3g}" for end in (min(areas), max(areas)))
+    span = least if least == most else f"{least} to {most}"
+    told = f"The drag coefficient refers to {span} m2, the mean area of the body over all attitudes; where it keeps one, "
+    return {"least": None, "most": None, "holds": None, "area": span, "told": f"{told}state its drag_area under [body]."}
 
 
 def _reached(kind, numbers, spheres, adequate):

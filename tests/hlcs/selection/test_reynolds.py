@@ -104,3 +104,12 @@ def test_nothing_is_said_where_the_curves_do_not_hold_or_the_number_is_not_known
     assert of("quadratic_drag", (2.0,), shape="cylinder") is None and of("quadratic_drag", (2.0,), fluid_density=0.0) is None
     unknown = of("quadratic_drag", (2.0,), fluid_density=1260.0)
     assert unknown["holds"] is None and unknown["told"].endswith("write fluid_viscosity.")
+
+
+def test_of_other_bodies_the_area_is_told_that_a_coefficient_refers_to():
+    """A quarter of the surface of a convex body, here 2 pi r^2 + 2 pi r h: the mean over all attitudes (A. Cauchy 1841)."""
+    radius, height = 0.0335, 0.1
+    told = of("quadratic_drag", (2.0,), shape="cylinder", numbers={"drag_coefficient": {"value": 0.9}})
+    assert told["least"] is None and told["holds"] is None
+    assert f"refers to {np.pi * radius * (radius + height) / 2:.2g}" in told["told"] and "drag_area" in told["told"]
+    assert of("linear_drag", (2.0,), shape="cylinder", numbers={"rate": {"value": 0.9}}) is None
