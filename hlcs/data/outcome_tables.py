@@ -15,6 +15,7 @@ from hlcs.data.rounded_readings import reading_step
 from hlcs.files.csv_files import CsvLayout, CsvText, read_csv
 from minibullet.errors import InputError
 
+NAMELESS = "no name"  # what rows are called whose group is blank, where others have one
 SD = "_sd"  # what the column of an input's error ends with
 
 
@@ -107,6 +108,7 @@ def read_table(path):
             f"({len(repeats)} such rows): a true repeat, or a copy?",
         )
     groups = columns.get("group", np.full(len(rows), "")).astype(str)
+    groups = np.where(groups == "", NAMELESS, groups)  # a blank one is a group, too
     # in order of their numbers, whatever that of the file: sums of the same numbers in another order have other last digits
     order = np.lexsort((groups, values, setting))
     inputs, input_sd = ({name: column[order] for name, column in some.items()} for some in (inputs, input_sd))

@@ -170,7 +170,8 @@ def _names_in_a_comment(lines, first):
         return [part.strip() for part in text.split(None if separator == " " else separator)]
 
     numbers = parts(lines[first])
-    if len(numbers) < 2 or not all(map(is_number, numbers)):
+    read = [is_number(cell) for cell in numbers if cell.lower() not in MISSING]
+    if len(numbers) < 2 or not read or not all(read):
         return None
     comments = ((k, parts(lines[k].lstrip("# \t"))) for k in range(first - 1, -1, -1) if is_comment(lines[k]))
     return next((k for k, words in comments if len(words) == len(numbers) and not any(map(is_number, words))), None)

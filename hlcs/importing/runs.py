@@ -14,6 +14,7 @@ NAMES = (
     re.compile(r"(?P<run>[^:]*[^:\s])\s*:\s+(?P<name>\S.*)"),
     re.compile(r"(?P<name>.*\S)\s+(?P<run>Run #\d+)", re.IGNORECASE),
 )
+LEAST = 2  # rows below the names of a run that was recorded
 AS_TEXT = "Vernier Format"  # how a text export of Logger Pro begins: names, short names and units stand in three rows of it
 
 
@@ -25,7 +26,7 @@ def bare(cell):
 def runs_of(grid, head, overrides):
     """[(Grid, Overrides)] of each run, its columns with their bare names; of the grid itself where not all columns name a run.
 
-    What the user says of a bare name holds in every run. head: index of the row of names.
+    What the user says of a bare name holds in every run. Runs without numbers are left out. head: index of the row of names.
     """
     cells = grid.cells[head]
     for names in NAMES:
@@ -37,14 +38,22 @@ def runs_of(grid, head, overrides):
     runs = {}
     for index, match in found.items():
         runs.setdefault(match["run"], []).append(index)
-    listed = shown(", ".join(runs), 200)
-    told = (Assumption(f"{grid.name}: {len(runs)} runs stand beside one another, a recording each: {listed}"),)
+    tables = {run: _columns(grid, head, places) for run, places in runs.items()}
+    filled = [run for run, table in tables.items() if len(table.cells) > head + LEAST]
+    if not filled:
+        raise InputError(f"{grid.place(head)}: fewer than two rows of numbers below the names of any run")
+    told = (
+        [f"{len(runs)} runs stand beside one another, a recording each: {shown(', '.join(runs), 200)}"] if len(runs) > 1 else []
+    )
+    told += [f"{shown(run)} is left out, it has fewer than two rows of numbers" for run in runs if run not in filled]
+    notes = grid.assumptions + tuple(Assumption(f"{grid.name}: {text}") for text in told)
     parts = []
-    for run, places in runs.items():
-        of_others = {cell for index, cell in enumerate(cells) if index not in places}
-        column = {bare(cell): name for cell, name in overrides.column.items() if cell not in of_others}
-        part = replace(grid, assumptions=grid.assumptions + told, stem=f"{grid.stem} {run}") if len(runs) > 1 else grid
-        parts.append((_columns(part, head, places), replace(overrides, column=column)))
+    for run in filled:
+        of_others = {cell for index, cell in enumerate(cells) if index not in runs[run]}
+        said = {cell: name for cell, name in overrides.column.items() if cell not in of_others}
+        column = {bare(cell) if cell in cells else cell: name for cell, name in said.items()}
+        stem = f"{grid.stem} {run}" if len(runs) > 1 else grid.stem
+        parts.append((replace(tables[run], assumptions=notes, stem=stem), replace(overrides, column=column)))
     return parts
 
 
@@ -58,7 +67,7 @@ def _columns(grid, head, places):
 
 def without_short_names(grid):
     """A Grid without the row of short names that a text export of Logger Pro has between names and units."""
-    begins = [k for k, row in enumerate(grid.cells) if row[0].startswith(AS_TEXT)]
+    begins = [k for k, row in enumerate(grid.cells) if row and row[0].startswith(AS_TEXT)]
     if begins[:1] != [0] or len(grid.cells) < 5:
         return grid
     if len(begins) > 1:

@@ -89,10 +89,12 @@ def read(path, overrides):
     grid = without_short_names(grid_of(source_of(path)))
     head = _header(grid, overrides)
     grid.no_more_cells_than_names(head)
-    first, *others = [_read(part, head, given) for part, given in runs_of(grid, head, overrides)]
+    runs = runs_of(grid, head, overrides)
+    nameless = [] if runs[0][0] is grid else _nameless(grid, head, head + 1 + _has_units(grid, head))
+    first, *others = [_read(part, head, given) for part, given in runs]
     if others and any(run.rows for run in (first, *others)):
         raise InputError(f"{grid.place(head)}: outcomes of several runs beside one another; write a row each, below one another")
-    told = dict.fromkeys(note for run in (first, *others) for note in run.assumptions)
+    told = dict.fromkeys([*nameless, *(note for run in (first, *others) for note in run.assumptions)])
     return replace(first, recordings=tuple(one for run in (first, *others) for one in run.recordings), assumptions=tuple(told))
 
 

@@ -14,17 +14,19 @@ from hlcs.kinds.outcomes.designs import ON_A_FLOOR
 from hlcs.report.words import AS_IT_IS
 
 
-def held_told(file, table):
-    """The note on balls that roll, since the stated friction holds them on their slope; () of none."""
+def held_told(file, table, model):
+    """The note on balls that roll, since the friction of the model under test holds them on their slope; () of none."""
     inputs = table.inputs
     if table.outcome != "slide_time_s" or "distance_m" not in inputs or file.body.shape != "sphere":
         return ()
     slope = np.tan(np.deg2rad(inputs["angle_deg"])) if "angle_deg" in inputs else inputs.get("slope", np.zeros(1))
-    held = (slope <= inputs.get("friction", file.surroundings.friction)) & (inputs.get("speed_m_s", np.zeros(1)) == 0)
+    friction = inputs.get("friction", file.surroundings.friction)
+    friction = next((entry["coefficient"] for entry in model.entries if entry["name"] == "friction"), friction)
+    held = (slope <= friction) & (inputs.get("speed_m_s", np.zeros(1)) == 0)
     if not held.any():
         return ()
     rows = "all rows" if held.all() else f"{int(held.sum())} of {len(table.values)} rows"
-    return (f"{rows}: the stated friction holds the ball, so it rolls without slipping",)
+    return (f"{rows}: in the model as it is friction holds the ball, so it rolls without slipping",)
 
 
 def rolling_told(problem, model, judge):

@@ -133,17 +133,18 @@ def growing(table):
     counts = np.bincount(cell)
     means = np.bincount(cell, table.values) / counts
     squares, freedom = np.bincount(cell, off_means(repeats.values, cell) ** 2), counts - 1
-    squares = squares * (freedom.sum() / repeats.freedom)  # more than those of a cell are one number less
+    part = repeats.freedom / freedom.sum()  # what groups differ by was taken from the values, too
+    squares = squares / part
     least = of_the_digit(last_digit(table.values))
     squares = squares + freedom * least**2  # repeats that agree to the last digit scatter below it
     usual = float(np.sqrt(freedom @ means**2 / freedom.sum()))
     variance = 1 - SHARES[:, None] + SHARES[:, None] * (means / usual) ** 2
     sigma = np.sqrt(squares @ (1 / variance).T / freedom.sum())
-    cost = 2 * freedom.sum() * np.log(sigma) + np.log(variance) @ freedom
+    cost = part * (2 * freedom.sum() * np.log(sigma) + np.log(variance) @ freedom)
     best = int(np.argmin(cost))
     if cost[0] - cost[best] < special.chdtri(1, 2 * SEEN):  # w = 0 is an end: half of all chance gains are none
         return None
-    scatter = RowScatter(float(sigma[best]), int(freedom.sum()), "")
+    scatter = RowScatter(float(sigma[best]), repeats.freedom, "")
     return TableNoise(scatter.noise("replicates"), float(SHARES[best]), usual, least)
 
 

@@ -49,3 +49,18 @@ def test_a_text_export_has_short_names_between_names_and_units(imported, refused
     text = "Vernier Format 2\nball.cmbl 28/11/2026\nRun 1\nTime\tHeight\nt\tz\ns\tm\n\n" + "\n".join(map("\t".join, FALL))
     assert imported(text, "csv")[1]["drop.csv"] == WANTED
     refused(f"{text}\n{text}", "csv", "row 12: another data set begins")
+
+
+def test_a_run_without_numbers_is_left_out_and_told(imported, refused):
+    text = beside(lambda run, what: f"Run {run}: {what}", shorter=FALL[:1])
+    found, tables = imported(text, "csv")
+    assert list(tables) == ["drop_Run_1.csv"] and "Run 2 is left out, it has fewer than two rows of numbers" in str(found)
+    refused("Run 1: Time (s),Run 1: Height (m)\n0.0,1.5\n", "csv", "drop.csv, row 1", "fewer than two rows of numbers")
+
+
+def test_what_cannot_be_of_any_run_is_refused(refused):
+    text = beside(lambda run, what: f"Run {run}: {what}")
+    refused(text, "csv", "no column 'Run 3: Height (m)'", column={"Run 3: Height (m)": "z_m"})
+    rows = [line.split(",") for line in text.strip().split("\n")]
+    beyond = "\n".join(",".join([*row[:3], "" if k == 0 else "7", *row[3:]]) for k, row in enumerate(rows))
+    refused(beyond, "csv", "column 4 has numbers and no name")

@@ -70,3 +70,11 @@ def test_what_slides_is_no_ball_that_rolls():
     """A friction of 0.05 at two slopes: they tell it from rolling; a box slides, even where its friction is 2/7 of the slope."""
     assert NOTE not in told(lambda angle: 1 - 0.05 / np.tan(angle), BALL, 0.02, (5.0, 10.0))[1]
     assert NOTE not in told(lambda angle: 5 / 7, {"shape": "box", "size": [0.03, 0.03, 0.03], "mass": 0.06})[1]
+
+
+def test_the_note_on_rolling_speaks_of_the_model_under_test():
+    """A friction of 0.3 in the model in place of the stated 0.5 lets a ball slide at 20 degrees."""
+    columns = {"angle_deg": [20.0] * 4, "distance_m": [1.0] * 4, "slide_time_s": [1.8, 1.82, 1.84, 1.81]}
+    experiment = hlcs.Experiment.from_frames(columns, BALL, {"friction": 0.5, "fluid_density": 0.0}, kind="outcomes")
+    assert any(NOTE in note for note in hlcs.compare(experiment).notes)
+    assert not any(NOTE in note for note in hlcs.compare(experiment, effects=[mb.Friction(0.3)]).notes)
