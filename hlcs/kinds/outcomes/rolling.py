@@ -40,8 +40,8 @@ def rolling_told(problem, model, judge):
     rolls = that_rolls(problem)
     if not judge(rolls, rolls.fit(model))[0].adequate:
         return ()
-    rolling = f"if the body rolls without slipping, in place of sliding as outcomes of a table do, {AS_IT_IS}"
-    tells = "What a ball loses by resistance to rolling a recording tells: columns t_s and x_m, with a floor that slopes"
+    rolling = f"if the body rolls without slipping, in place of sliding as the stated friction lets it, {AS_IT_IS}"
+    tells = "With a friction stated that holds it on its slope it rolls here too, and its times tell the resistance to rolling"
     return (AsItIs(f"{rolling}. {tells}"),)
 
 
