@@ -254,6 +254,18 @@ def rebound_speed(setups, effects, inputs):
     return rebound(setups, effects, inputs["impact_speed_m_s"][:, None] * np.array([0.0, 0.0, -1.0]))
 
 
+def slope_angle(inputs, count):
+    """Angle of the slope of each row, (count,) [rad]."""
+    angle = np.deg2rad(inputs["angle_deg"]) if "angle_deg" in inputs else np.arctan(inputs.get("slope", np.zeros(count)))
+    return np.broadcast_to(angle, (count,))
+
+
+def rolling(setups, inputs, friction):
+    """Which bodies are spheres that a friction (d,) holds on their slope, let go at rest: they roll, boolean (d,)."""
+    ball, at_rest = np.array([setup.body.shape == "sphere" for setup in setups]), inputs.get("speed_m_s", 0.0) == 0
+    return ball & at_rest & (friction >= np.tan(slope_angle(inputs, len(setups))))
+
+
 def slide(setups, effects, inputs, way=None):
     """(time [s], distance [m]) until a body stops, or until it has gone `way` (d,) [m], along x down a slope.
 
@@ -261,8 +273,7 @@ def slide(setups, effects, inputs, way=None):
     load acts on the arm of rolling friction alone. nan where a body does not stop, or stops before it has gone that way.
     """
     count = len(setups)
-    angle = np.deg2rad(inputs["angle_deg"]) if "angle_deg" in inputs else np.arctan(inputs.get("slope", np.zeros(count)))
-    angle = np.broadcast_to(angle, (count,))
+    angle = slope_angle(inputs, count)
     down = np.stack([np.cos(angle), np.zeros(count), -np.sin(angle)], axis=1)
     normal = np.stack([np.sin(angle), np.zeros(count), np.cos(angle)], axis=1)
     speed = inputs.get("speed_m_s", np.zeros(count)).astype(float)
@@ -273,8 +284,7 @@ def slide(setups, effects, inputs, way=None):
         moving = state._replace(twist=np.concatenate([velocity, np.zeros((count, 3))], axis=1))
         return moving, law_at(setups, effects, moving, velocity, normal)
 
-    ball = np.array([setup.body.shape == "sphere" for setup in setups]) & (way is not None)
-    rolls = ball & (speed == 0) & (moving_at(speed)[1].friction >= np.tan(angle))
+    rolls = rolling(setups, inputs, moving_at(speed)[1].friction) & (way is not None)
     inertia = state.mass * np.where(rolls, 1 + state.inertia[:, 0] / (state.mass * state.radius**2), 1.0)
 
     def slowing(v):

@@ -334,7 +334,7 @@ def posed(problem, model):
         *fluids_told(problem.file, problem.setups),
         *problem.scatter.notes(problem.table),
         *told(problem.table, problem.never),
-        *held_told(problem.file, problem.table, model),
+        *held_told(problem, model),
         *problem.errors.notes,
     )
     if problem.errors.deviation.any() and len(np.unique(problem.table.groups)) < len(problem.values) and parted(problem.table):

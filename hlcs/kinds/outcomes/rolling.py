@@ -12,20 +12,19 @@ from hlcs.data.notes import AsItIs
 from hlcs.data.rigid_body import known_body, rigid_body
 from hlcs.kinds.outcomes.designs import ON_A_FLOOR
 from hlcs.report.words import AS_IT_IS
+from hlcs.simulation import outcome_motion
 
 
-def held_told(file, table, model):
+def held_told(problem, model):
     """The note on balls that roll, since the friction of the model under test holds them on their slope; () of none."""
-    inputs = table.inputs
-    if table.outcome != "slide_time_s" or "distance_m" not in inputs or file.body.shape != "sphere":
+    if problem.table.outcome != "slide_time_s" or "distance_m" not in problem.distinct:
         return ()
-    slope = np.tan(np.deg2rad(inputs["angle_deg"])) if "angle_deg" in inputs else inputs.get("slope", np.zeros(1))
-    friction = inputs.get("friction", file.surroundings.friction)
+    friction = np.array([setup.surroundings.friction for setup in problem.setups])
     friction = next((entry["coefficient"] for entry in model.entries if entry["name"] == "friction"), friction)
-    held = (slope <= friction) & (inputs.get("speed_m_s", np.zeros(1)) == 0)
+    held = outcome_motion.rolling(problem.setups, problem.distinct, friction)[problem.back]
     if not held.any():
         return ()
-    rows = "all rows" if held.all() else f"{int(held.sum())} of {len(table.values)} rows"
+    rows = "all rows" if held.all() else f"{int(held.sum())} of {len(held)} rows"
     return (f"{rows}: in the model as it is friction holds the ball, so it rolls without slipping",)
 
 
