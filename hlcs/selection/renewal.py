@@ -43,7 +43,19 @@ def affordable(search):
 def kept(search):
     """The sets that do as well as the best one, and those that were fitted of what is simpler: where held-out data do not prove
     a law, its special case may stand. Not the model under test, which is always fitted."""
-    sets = search.ranked()
-    near = [effects for effects in sets if effects and search.cost(effects) < search.cost(sets[0]) + TIED]
+    sets = [effects for effects in search.ranked() if effects]
+    near = [effects for effects in sets if search.cost(effects) < search.cost(search.ranked()[0]) + TIED]
+    near += [effects for effects in unsettled(search, sets) if effects not in near]
     simpler = {few for effects in near for few in search.parts(effects)}
-    return near + [effects for effects in sets if effects and effects in simpler and effects not in near]
+    return near + [effects for effects in sets if effects in simpler and effects not in near]
+
+
+def unsettled(search, sets):
+    """Those of the sets of which the best one, which leaves more than noise, explains less than half of what they leave: how many
+    residuals count as one is not known yet. In flight, where nothing foresees them from far away; of sets that hold another
+    one that other, from which they are foreseen."""
+    least = search.excess(search.fits[search.ranked()[0]])
+    if search.problem.simulator.contact or least <= 0:
+        return []
+    alike = [effects for effects in sets if HELPS * search.excess(search.fits[effects]) <= least]
+    return [effects for effects in alike if not any(few < effects for few in alike)]
