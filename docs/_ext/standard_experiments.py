@@ -145,6 +145,16 @@ EXPERIMENTS = (
         effects={"stokes_drag": {"viscosity": 1.4}},
     ),
     StandardExperiment(
+        "a steel bead of 10 mm sinks in glycerine in a tube of 75 mm",
+        Body("sphere", radius=0.005, mass=0.0041),
+        Surroundings(fluid_density=1260.0, fluid_stated=True, fluid_viscosity=1.4),
+        (0.0, 0.0, 0.5),
+        STILL,
+        0.3,
+        model=({"name": "sphere_drag", "viscosity": 1.4},),
+        effects={"tube_drag": {"inverse_radius": 27.0}},
+    ),
+    StandardExperiment(
         "a stone with drag sinks in water and comes near to the bottom",
         STONE,
         Surroundings(fluid_density=1000.0, fluid_stated=True, floor_height=0.0),

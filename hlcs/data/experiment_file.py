@@ -25,7 +25,7 @@ WITH_LINES = (("model", "effects"), ("model", "replaced"), ("diagnose", "candida
 SECTIONS = {
     "": ["kind", "title", "body", "surroundings", "placement", "model", "measurement", "diagnose", "trial"],
     "body": ["shape", "radius", "height", "size", "side", "mesh", "mass", "inertia", "drag_area"],
-    "surroundings": ["gravity", "fluid_density", "fluid_viscosity", "floor", "friction", "restitution"],
+    "surroundings": ["gravity", "fluid_density", "fluid_viscosity", "tube_radius", "floor", "friction", "restitution"],
     "surroundings.floor": ["height", "normal"],
     "model": [*OF_EFFECTS, "time_step"],
     "measurement": ["noise", "static", "file", "input_sd", "planar", "metres_per_pixel", "metres_per_pixel_sd", "accelerometer"],
@@ -99,6 +99,7 @@ class Surroundings:
     fluid_density: float = AIR_DENSITY  # where none is stated it is a gas such as air; 0 = a vacuum [kg/m3]
     fluid_stated: bool = False  # does the file say so?
     fluid_viscosity: float = 0.0  # [Pa s]
+    tube_radius: float = 0.0  # inner one of an upright tube that holds the fluid, 0 = none is stated [m]
     floor_height: float | None = None  # None = no floor; distance of the plane from the origin along its normal [m]
     floor_normal: tuple[float, ...] = (0.0, 0.0, 1.0)
     friction: float = 0.5  # of the pair [-]
@@ -118,6 +119,11 @@ class Surroundings:
     def in_liquid(self):
         """Does the file state a liquid?"""
         return self.fluid_density > LIQUID
+
+    @property
+    def walled(self):
+        """May there be walls around the fluid? A liquid is in something."""
+        return self.in_liquid or self.tube_radius > 0
 
     @property
     def fluid(self):

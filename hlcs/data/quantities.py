@@ -10,6 +10,7 @@ AROUND = {
     "gravity": (0.0, 300.0),
     "fluid_density": (0.0, 25000.0),
     "fluid_viscosity": (0.0, 1e4),
+    "tube_radius": (0.0, 1e3),
     "friction": (0.0, 10.0),
     "restitution": (0.0, 1.0),
 }  # lowest and highest value of what surrounds a body, SI

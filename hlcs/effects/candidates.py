@@ -25,8 +25,11 @@ FAST = 10.0  # speed of a body whose speed is not known, for what a drag in prop
 FAR = 2.0  # times that error: beyond it a number contradicts the file
 IN_NO_FLUID = 2.0  # times the end of its law's range: beyond it no fluid that a file states has a number, were the file mistaken
 DENSITY = "fluid_density"  # the number that a file states under the same name
-VISCOSITY = "viscosity"  # the number that a file states as fluid_viscosity
-OF_VISCOSITY = 0.2  # relative error of a stated viscosity: that of glycerine falls by 8 % for each degree
+VISCOSITY = "viscosity"
+STATED_OTHERWISE = {  # number -> (what a file states in its place, 0 = nothing; relative error of that)
+    VISCOSITY: (lambda around: around.fluid_viscosity, 0.2),  # that of glycerine falls by 8 % for each degree
+    "inverse_radius": (lambda around: around.tube_radius and 1 / around.tube_radius, 0.1),  # a sphere sinks beside the axis
+}
 
 
 def ends_of_law(low, null, ends, period=None):
@@ -264,6 +267,13 @@ def each_session(entry, sessions):
     return replace(entry, free=tuple(replace(free, name=f"{free.name} {session}") for session in sessions for free in entry.free))
 
 
+def stated_otherwise(name, surroundings):
+    """(value, error) of a number that a file states of the surroundings by another name; () where it does not."""
+    stated, error = STATED_OTHERWISE.get(name, (lambda around: 0.0, 0.0))
+    value = stated(surroundings)
+    return (value, error * value) if value else ()
+
+
 def in_doubt(entry, number, error):
     """A Candidate whose number the file states to be uncertain: by `error` about its null value. It is there for certain."""
     free = (replace(each, stated=each.null, error=error) if each.name.split()[0] == number else each for each in entry.free)
@@ -311,8 +321,8 @@ def candidate(kind, surroundings: Surroundings, body: RigidBody, body_known, own
         unit, start = "1" if known.unit == "-" else known.unit, null if null is not None else known.default
         stated = getattr(surroundings, name, None) or None  # no number of a fluid is expected of a vacuum
         error = (KNOWN if fluid else 1.0) * stated if stated else 0.0
-        if name == VISCOSITY and surroundings.fluid_viscosity:
-            stated, error = surroundings.fluid_viscosity, OF_VISCOSITY * surroundings.fluid_viscosity
+        if otherwise := stated_otherwise(name, surroundings):
+            stated, error = otherwise
         if stated is not None:
             high = max(high, BEYOND * stated)
         highest = high

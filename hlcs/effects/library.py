@@ -8,7 +8,7 @@ import numpy as np
 
 import minibullet.effects as forces
 from hlcs.data.rigid_body import known_to_drag, rigid_body
-from hlcs.effects.candidates import VISCOSITY, build, candidate, ends_of_law
+from hlcs.effects.candidates import STATED_OTHERWISE, build, candidate, ends_of_law, stated_otherwise
 from hlcs.effects.contract import Change
 from minibullet.effects.catalogue import classes_in
 from minibullet.effects.contract import Effect, name_of, parameters
@@ -57,8 +57,9 @@ def build_entry(entry, surroundings, own=()):
             raise InputError(f"{entry['name']}: {key} = {values[key]:g} must be {wall}")
     if "fluid_density" in known and "fluid_density" not in values:
         values["fluid_density"] = surroundings.fluid_density  # what the file states once holds for all its effects
-    if VISCOSITY in known and VISCOSITY not in values and surroundings.fluid_viscosity:
-        values[VISCOSITY] = surroundings.fluid_viscosity
+    for name in known.keys() & STATED_OTHERWISE.keys() - values.keys():
+        if stated := stated_otherwise(name, surroundings):
+            values[name] = stated[0]
     return build(kind, values, surroundings)
 
 
@@ -119,7 +120,7 @@ def _check_numbers(entry, file, own):
         *entry,
         *(key.partition(" ")[0] for key in entry),
         *(["fluid_density"] if file.surroundings.fluid_density > 0 else []),
-        *([VISCOSITY] if all(each.surroundings.fluid_viscosity for each in file.trials or (file,)) else []),
+        *(name for name in STATED_OTHERWISE if all(stated_otherwise(name, each.surroundings) for each in file.trials or (file,))),
     }  # as in `build_entry`
     ready = any(known.null not in (None, known.default) for known in numbers)  # a class of the user's may bring its value
     if numbers and not ready and said.isdisjoint(known.name for known in numbers):

@@ -123,6 +123,11 @@ def density(numbers, camera):
     return numbers["fluid_density"] / max(0.01 * numbers["fluid_density"], 0.05)
 
 
+def narrowness(numbers, camera):
+    """One over a radius, to 5 %, and not better than that of a tank of 2 m."""
+    return numbers["inverse_radius"] / max(0.05 * numbers["inverse_radius"], 0.5)
+
+
 def one_in_a_thousand(numbers, camera):
     """A relative error, read to 0.1 %."""
     return numbers["relative"] / 1e-3
@@ -175,6 +180,9 @@ WITNESSES = {
     effects.Buoyancy: (
         Witness("weigh one litre of the liquid: its density to 1 %", density, needs=in_liquid),
         Witness("read thermometer and barometer: the density of the air to 1 %", density),
+    ),
+    effects.TubeDrag: (
+        Witness("measure the inner width of what holds the liquid, and state half of it as surroundings.tube_radius", narrowness),
     ),
     effects.LinearDrag: (
         Witness(

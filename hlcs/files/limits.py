@@ -11,6 +11,7 @@ USUAL = {
     "gravity": (0.0, 25.0, "m/s2", "Jupiter has 24.8, the Earth 9.81: lengths are in m, not in feet or cm"),
     "fluid_density": (0.05, 14000.0, "kg/m3", "air has 1.2, water 1000, mercury 13600, a vacuum 0: not in g/cm3"),
     "fluid_viscosity": (0.0, 100.0, "Pa s", "water has 0.001, honey 10"),
+    "tube_radius": (1e-3, 2.0, "m", "a measuring cylinder has 0.03, a water tower some metres: half the inner diameter, in m"),
     "falling_distance": (0.0, 5.0, "Dn", "units are let go at 0.25 Dn: a distance in nominal diameters, not in m or cm"),
     "position": (1e-7, 0.2, "m", "trackers are good to some millimetres, 0.002 m: a noise is in m, not in mm"),
     "orientation": (1e-6, 0.5, "rad", "trackers are good to a degree, 0.02 rad: a noise is in rad, not in degrees"),

@@ -50,6 +50,10 @@ NEEDS = {
         "there is no floor, or not under all recordings",
         lambda shown: all(trial.surroundings.floor_height is not None for trial in shown.trials),
     ),
+    Need.TUBE: (
+        "there is no liquid, and no tube is stated (surroundings.tube_radius)",
+        lambda shown: all(trial.surroundings.walled for trial in shown.trials),
+    ),
     Need.CONTACT: ("nothing touches in these data", lambda shown: shown.contact),
     Need.SPIN: (
         "the spin is neither measured nor stated",

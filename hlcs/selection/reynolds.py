@@ -5,6 +5,7 @@ from math import inf
 
 from hlcs.data.rigid_body import rigid_body
 from hlcs.selection.eligibility import reynolds_numbers, rounded
+from minibullet.effects.flow import TubeDrag, tube_factor
 from minibullet.effects.fluid import (
     SCHILLER_NAUMANN,
     Drag,
@@ -29,13 +30,22 @@ def reached(candidates, parameters, moved, adequate):
     curves are those of spheres: of other bodies the area is told that a drag coefficient refers to, where no file states it.
     """
     laws = {name: candidates[name].kind for name in parameters if issubclass(candidates[name].kind, Drag)}
+    tubes = {name: _tube(parameters[name]) for name in parameters if candidates[name].kind is TubeDrag}
     spheres = [each for each in moved if each[0].shape == "sphere" and each[0].sized and each[1].fluid_density and each[2] > 0]
     if not spheres:
         areas = [
             rigid_body(body).area for body, _, _ in moved if body.shape != "sphere" and body.sized and body.drag_area is None
         ]
         return {name: _area(areas) for name in laws if areas and "drag_coefficient" in parameters[name]}
-    return {name: _reached(kind, parameters[name], spheres, adequate) for name, kind in laws.items()}
+    return {name: _reached(kind, parameters[name], spheres, adequate) for name, kind in laws.items()} | tubes
+
+
+def _tube(numbers):
+    """How wide a tube is that was found by its inverse radius."""
+    found = numbers["inverse_radius"]
+    least, value, most = (f"{1000 / max(found[end], 1e-3):.3g}" for end in ("high", "value", "low"))
+    told = f"That is a tube of {value} mm radius ({least} to {most} mm). State yours as surroundings.tube_radius: it is believed"
+    return {"least": None, "most": None, "holds": None, "told": f"{told} to a tenth."}
 
 
 def _area(areas):
@@ -73,10 +83,10 @@ def _in_proportion(reach, most, eta):
     """What the drag of a sphere is beside one in proportion to speed; eta: the viscosity that it gave, None: none, or one that
     explains nothing."""
     if most <= StokesDrag.reynolds_of_spheres[1]:
-        walls = " and ".join(f"{100 * by_walls(1 / across):.0f} % in one of {across}" for across in (50, 10))
+        walls = " and ".join(f"{100 * tube_factor(1 / across):.0f} % in one of {across}" for across in (50, 10))
         return (
             f"{reach}, where Stokes's law tells the drag of a sphere to {_short(most):.0f} %. The walls of a tube add to it: "
-            f"{walls} diameters of the sphere ({WALLS})."
+            f"{walls} diameters of the sphere (tube_drag; {WALLS})."
         )
     told = f"{reach}; a sphere is dragged in proportion to its speed (Stokes's law) up to about 1 only."
     thinner = dragged_as_much(most) if eta else most
@@ -88,13 +98,6 @@ def _in_proportion(reach, most, eta):
         f"{told} One that is held back as much has {rounded(thinner)}, where that law is {_short(thinner):.0f} % too small "
         f"({CURVE}), in a liquid of {eta * most / thinner:.2g} Pa s: the viscosity is told too large."
     )
-
-
-def by_walls(ratio):
-    """Part by which a tube raises the drag of a sphere that creeps along its axis [-]; ratio: of their diameters, up to 0.4.
-
-    1/(1 - 2.104 r + 2.09 r^3 - 0.95 r^5) - 1: H. Faxen, as `WALLS`; 1 % too small at 0.4."""
-    return 1 / (1 - 2.104 * ratio + 2.09 * ratio**3 - 0.95 * ratio**5) - 1
 
 
 def _short(reynolds):

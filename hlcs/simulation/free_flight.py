@@ -19,7 +19,7 @@ from minibullet.bodies import Bodies
 from minibullet.dynamics.integrate import moved
 from minibullet.effects import AddedMass, contract
 from minibullet.effects.body import force_only
-from minibullet.effects.fluid import ViscousDrag
+from minibullet.effects.fluid import Viscous
 from minibullet.kernels import leaf
 from minibullet.rotations import rotation_matrices
 from minibullet.vectors import turn, turn_back
@@ -217,7 +217,7 @@ def viscous_rates(bodies: Bodies, models):
             mass = part.mass + (0.0 if added is None else added[:, 0, 0])
             rates[rows, 0] = sum(effect.resistance(part) for effect in viscous) / mass
         forces = [effect for effect in effects if effect not in viscous and contract.overrides(effect, "forces")]
-        forces += [Inertial(effect) for effect in viscous if type(effect).inertial is not ViscousDrag.inertial]
+        forces += [Inertial(effect) for effect in viscous if type(effect).inertial is not Viscous.inertial]
         acting.append(forces)
     together = {}  # bodies -> what acts on them
     for (effect, _), numbers in holders(acting).items():
@@ -228,14 +228,14 @@ def viscous_rates(bodies: Bodies, models):
 
 def viscous_drags(effects):
     """The drags in proportion to speed among effects that are integrated exactly."""
-    return [effect for effect in effects if isinstance(effect, ViscousDrag)] if isotropic_mass(effects) else []
+    return [effect for effect in effects if isinstance(effect, Viscous)] if isotropic_mass(effects) else []
 
 
 @dataclass(frozen=True)
 class Inertial:
     """What a drag adds to its part in proportion to speed."""
 
-    drag: ViscousDrag
+    drag: Viscous
 
     def forces(self, bodies, time):
         return force_only(self.drag.inertial(bodies))

@@ -34,7 +34,7 @@ from minibullet.effects.contract import (
     wrench,
     wrenches,
 )
-from minibullet.effects.flow import DragModifier, OrientationDrag, UniformFlow, WallDrag, compose
+from minibullet.effects.flow import DragModifier, OrientationDrag, TubeDrag, UniformFlow, WallDrag, compose
 from minibullet.effects.fluid import Drag, DragCrisis, FluidForce, LinearDrag, QuadraticDrag, SphereDrag, StokesDrag
 from minibullet.effects.fluid_forces import AddedMass, Buoyancy, GroundCushion, HistoryForce, Magnus, SpinDecay
 
@@ -69,6 +69,7 @@ __all__ = [
     "StokesDrag",
     "StribeckFriction",
     "TiltedGravity",
+    "TubeDrag",
     "UniformFlow",
     "VelocityDependentRestitution",
     "ViscousFriction",

@@ -160,6 +160,7 @@ class Need(Enum):
     EDGES = auto()  # and faces: what a sphere has not
     FLUID = auto()  # around the body: nothing of it acts in a vacuum
     FLOOR = auto()  # a plane that something happens at
+    TUBE = auto()  # walls around a liquid
     CONTACT = auto()  # bodies that touch
     SPIN = auto()  # the law depends on it
     ROTATION = auto()  # the law acts on nothing else

@@ -1,4 +1,4 @@
-"""Effects that act through the drags of a model: the flow, the attitude, the wall.
+"""Effects that act through the drags of a model: the flow, the attitude, a wall, a tube.
 
 Each returns only what it changes, so it is added to a model that has the drag already:
 
@@ -15,7 +15,7 @@ import numpy as np
 from minibullet.bodies import Bodies
 from minibullet.effects.body import TiltedGravity, force_only, unit_vector
 from minibullet.effects.contract import Effect, Need, name_of, parameter, parameters
-from minibullet.effects.fluid import Drag, FluidForce, length_of
+from minibullet.effects.fluid import Drag, FluidForce, Viscous, ViscousDrag, length_of
 from minibullet.effects.fluid_forces import Buoyancy
 from minibullet.errors import InputError
 from minibullet.rotations import conjugate, dot, rotate
@@ -128,6 +128,48 @@ class WallDrag(DragModifier):
         nearness = bodies.radius / np.maximum(dot(bodies.position, normal) - self.wall_height, bodies.radius)
         towards = dot(drag, normal)[:, None] * normal
         return force_only(self.multiplier * 0.5625 * nearness[:, None] * (drag + towards))
+
+
+@dataclass(frozen=True)
+class TubeDrag(Viscous, DragModifier):
+    """Drag of a sphere grows in a tube: what it displaces must flow back between it and the walls.
+
+    Of the part in proportion to speed, on the axis of the tube: right to 1 % up to 0.4 of its radius. H. Faxen, Ark. Mat. Astron.
+    Fys. 17 (1922) no. 27; in J. Happel and H. Brenner, Low Reynolds Number Hydrodynamics (1983), ch. 7.
+    """
+
+    inverse_radius: float = parameter(
+        0.0,
+        unit="1/m",
+        low=0.0,
+        high=100.0,
+        null=0.0,
+        symbol="c",
+        about="1 over the inner radius of the tube",
+        typical=((27.0, "a fall tube of 75 mm inner diameter"), (67.0, "a measuring cylinder of 30 mm")),
+    )
+    through: tuple = ()  # the drags that feel the walls
+    plain = "more {fluid} resistance between the walls of a tube"
+    formula = "F = (K - 1) D_v, 1/K = 1 - 2.104 q + 2.09 q^3 - 0.95 q^5, q = c r"
+    symbols = {"D_v": "part of the drag in proportion to speed [N]", "K": "what the tube multiplies it by", "q": "of the radii"}
+    looks_like = "Large spheres sink too slowly beside small ones, by twice the ratio of their radius to that of the tube."
+    confused_with = ("sphere_drag",)
+    dissipative = True
+    needs = (Need.FLUID, Need.TUBE, Need.SPHERE, Need.SIZE)
+    reynolds = (0.0, 100.0)
+
+    def resistance(self, bodies):
+        creeping = sum(
+            (drag.resistance(bodies) for drag in self.through if isinstance(drag, ViscousDrag)), np.zeros(len(bodies.mass))
+        )
+        return tube_factor(self.inverse_radius * bodies.radius) * creeping
+
+
+def tube_factor(ratio):
+    """Part by which a tube raises the drag of a sphere that creeps along its axis, K - 1 [-]; ratio: of their radii, taken as
+    0.5 where it is larger. H. Faxen, as in `TubeDrag`."""
+    q = np.minimum(ratio, 0.5)
+    return 1 / (1 - 2.104 * q + 2.09 * q**3 - 0.95 * q**5) - 1
 
 
 def compose(effects) -> tuple[Effect, ...]:

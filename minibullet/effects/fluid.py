@@ -77,11 +77,8 @@ class Drag(FluidForce):
     reynolds_of_spheres = (0.0, np.inf)  # Reynolds numbers between which it has the form of the drag of a smooth sphere
 
 
-class ViscousDrag(Drag):
-    """A drag with a part in proportion to the relative velocity, F = -resistance w, for which a free flight has a closed form."""
-
-    form_of = "drag_form"
-    reynolds_of_spheres = (0.0, 1.0)
+class Viscous(FluidForce):
+    """A force with a part in proportion to the relative velocity, -resistance w, for which a free flight has a closed form."""
 
     def resistance(self, bodies):
         """Force over speed of each body (n,) [kg/s]."""
@@ -93,6 +90,13 @@ class ViscousDrag(Drag):
 
     def forces(self, bodies, time):
         return force_only(self.inertial(bodies) - self.resistance(bodies)[:, None] * velocity(bodies))
+
+
+class ViscousDrag(Viscous, Drag):
+    """A drag of that kind, one form of the law of drag."""
+
+    form_of = "drag_form"
+    reynolds_of_spheres = (0.0, 1.0)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 import hlcs
 from hlcs.data.experiment_file import Body, Surroundings
 from hlcs.effects import classes
-from hlcs.selection.reynolds import by_walls, reached
+from hlcs.selection.reynolds import reached
 from minibullet.effects.fluid import drag_coefficient_of_sphere, dragged_as_much
 
 G, OIL, GLASS, ETA, RADIUS = 9.81, 870.0, 2500.0, 0.08, 0.003
@@ -26,12 +26,6 @@ def test_a_fluid_that_drags_as_much_is_thinner():
     for apparent in (0.01, 1.0, 8.0, 100.0):
         real = dragged_as_much(apparent)
         assert real == pytest.approx(apparent * real * drag_coefficient_of_sphere(real) / 24, rel=1e-9)
-
-
-def test_a_tube_adds_to_the_drag_of_a_creeping_sphere_as_the_exact_solution_has_it():
-    """1.263, 1.680, 2.370 and 3.582 times at a tenth to four tenths of its diameter: W. L. Haberman and R. M. Sayre, David Taylor
-    Model Basin Report 1143 (1958); the series in use is cut after the fifth power, which the last one misses by 1 %."""
-    assert 1 + by_walls(np.array([0.1, 0.2, 0.3, 0.4])) == pytest.approx([1.263, 1.680, 2.370, 3.582], rel=0.012)
 
 
 def sinking(folder):

@@ -24,6 +24,7 @@ NAMES = {
     "spin_decay",
     "history_force",
     "wall_drag",
+    "tube_drag",
     "ground_cushion",
     "tilted_gravity",
     "restitution",
@@ -38,7 +39,7 @@ NAMES = {
     "rolling_friction",
     "spinning_friction",
 }
-MODIFIERS = {"orientation_drag", "uniform_flow", "wall_drag"}
+MODIFIERS = {"orientation_drag", "uniform_flow", "wall_drag", "tube_drag"}
 DRAGS = (effects.QuadraticDrag(0.47, 1000.0), effects.LinearDrag(0.3))
 
 
