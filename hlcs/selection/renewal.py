@@ -54,8 +54,7 @@ def unsettled(search, sets):
     """Those of the sets of which the best one, which leaves more than noise, explains less than half of what they leave: how many
     residuals count as one is not known yet. In flight, where nothing foresees them from far away; of sets that hold another
     one that other, from which they are foreseen."""
-    least = search.excess(search.fits[search.ranked()[0]])
-    if search.problem.simulator.contact or least <= 0:
-        return []
-    alike = [effects for effects in sets if HELPS * search.excess(search.fits[effects]) <= least]
+    excess = {} if search.problem.simulator.contact else {effects: search.excess(search.fits[effects]) for effects in sets}
+    least = excess.get(search.ranked()[0], 0.0)
+    alike = [effects for effects in excess if least > 0 and HELPS * excess[effects] <= least]
     return [effects for effects in alike if not any(few < effects for few in alike)]

@@ -47,9 +47,9 @@ def missing(contact=True, **what):
 
 
 def test_where_everything_is_known_everything_takes_part():
-    """But for the laws of slow flow and of edges: this ball has Reynolds numbers of 1e5."""
+    """But for the laws of slow flow, of tubes and of edges: this ball has Reynolds numbers of 1e5."""
     found, absent = candidates_for(recordings(columns="x y z rx ry rz ax"), True)
-    assert set(absent) == {"stokes_drag", "sphere_drag", "orientation_drag"}
+    assert set(absent) == {"stokes_drag", "sphere_drag", "tube_drag", "orientation_drag"}
     assert [entry.name for entry in found] == sorted({*classes()} - {*absent})
 
 
@@ -59,6 +59,7 @@ def test_where_everything_is_known_everything_takes_part():
         ({"body": Body(shape="sphere", radius=0.1)}, {"buoyancy", "drag_crisis", "mass_offset"}, "the mass or the size"),
         ({"body": BOX}, {"sphere_drag"}, "the body is no sphere"),
         ({}, {"orientation_drag"}, "a sphere has no edges"),
+        ({}, {"tube_drag"}, "there is no liquid, and no tube is stated (surroundings.tube_radius)"),
         ({"fluid": 0.0, "columns": "x y z rx ry rz"}, OF_FLUID, "the file states a vacuum (fluid_density = 0.0)"),
         ({"fluid": 0.0, "body": Body()}, OF_FLUID, "the file states a vacuum (fluid_density = 0.0)"),
         ({}, {"accelerometer_offset"}, "no accelerations are read"),
@@ -120,7 +121,8 @@ def test_what_a_fluid_does_needs_one():
     """Every class of that group says so, the drags with a number that no density enters (a rate, per metre) as well."""
     assert {"quadratic_drag", "linear_drag", "uniform_flow", "magnus", "buoyancy"} <= OF_FLUID
     assert all(Need.FLUID in classes()[name].needs for name in OF_FLUID)
-    assert not OF_FLUID & set(missing(fluid=1.2, columns="x y z rx ry rz")) - {"stokes_drag", "sphere_drag", "orientation_drag"}
+    other = {"stokes_drag", "sphere_drag", "tube_drag", "orientation_drag"}  # of slow flow, of a tube, of edges
+    assert not OF_FLUID & set(missing(fluid=1.2, columns="x y z rx ry rz")) - other
 
 
 def test_recordings_of_which_one_is_in_a_fluid_are_in_no_vacuum():

@@ -428,9 +428,23 @@ def test_a_search_of_segments_begins_anew_with_what_is_simpler_too_and_where_it_
     budget.simulator.body_steps = share * budget.limit
     search = SimpleNamespace(fits=costs, cost=costs.get, ranked=lambda: sorted(costs, key=costs.get), candidates=laws)
     search.implied, search.budget, search.count = frozenset(), budget, lambda effects: 2 if effects == directed else 1
+    search.problem = SimpleNamespace(simulator=SimpleNamespace(contact=True))
     search.parts = partial(Search.parts, search)
     assert kept(search) == [directed, plain]
     assert affordable(search) == can
+
+
+def test_a_search_of_flights_begins_anew_with_what_the_best_explains_no_half_of():
+    """A clock slowed a hundred times leaves 500 beyond noise, the drag of a liquid 900, alone or with a wind, foreseen
+    beside, and a scale 1100. Where the best leaves noise alone, what does as well is all there is to be kept."""
+    clock, drag, windy, scale = (frozenset(names.split()) for names in ("clock", "drag", "drag wind", "scale"))
+    left = {frozenset(): 1e9, clock: 500.0, drag: 900.0, windy: 890.0, scale: 1100.0}
+    search = SimpleNamespace(fits={each: each for each in left}, cost=left.get, ranked=lambda: sorted(left, key=left.get))
+    search.excess, search.parts = left.get, lambda effects: []
+    search.problem = SimpleNamespace(simulator=SimpleNamespace(contact=False))
+    assert kept(search) == [clock, drag]
+    left[clock] = -10.0
+    assert kept(search) == [clock]
 
 
 @pytest.mark.parametrize(
