@@ -8,12 +8,14 @@ from pathlib import Path
 import numpy as np
 
 from hlcs.data.model_entries import FILL_IN
+from hlcs.data.quantities import OUTCOMES
 from hlcs.data.recordings import ACCELERATIONS, COLUMNS, LEAST_AT_REST, PIXELS, Accelerations, Trial
 from hlcs.data.validation import check_at_rest
 from hlcs.files import folders
 from hlcs.files.spreadsheets import csv_text
 from hlcs.importing import optitrack, phyphox, spreadsheet, tracker
 from hlcs.importing.axes import ORDERS, UPS
+from hlcs.importing.column_names import IN_RECORDINGS, IN_TABLES
 from hlcs.importing.experiment import (
     ASKED_OF_ROWS,
     EXPERIMENT,
@@ -174,11 +176,11 @@ def checked_overrides(format, given):
         raise InputError(f"--frame-rate {shown_value(said.frame_rate)}: must be a number of pictures a second, such as 240")
     if said.release_time is not None and not is_number(said.release_time):
         raise InputError(f"--release-time {shown_value(said.release_time)}: must be a time in s")
-    columns = (*spreadsheet.IN_RECORDINGS, *spreadsheet.IN_TABLES)
+    columns = (*IN_RECORDINGS, *IN_TABLES)
     for name, allowed in ((name, columns) for name in said.column.values()):
         if name not in allowed:
             raise InputError(f"--column ..={shown(name)}: no column of this project; the nearest is '{nearest(name, allowed)}'")
-    inputs = [name for name in spreadsheet.IN_TABLES if name not in (*spreadsheet.OUTCOMES, "group", "bounce")]
+    inputs = [name for name in IN_TABLES if name not in (*OUTCOMES, "group", "bounce")]
     for name, value in said.constant.items():
         if name not in inputs:
             raise InputError(f"--constant {shown(name)}: no input of a table; the nearest is '{nearest(name, inputs)}'")
