@@ -16,7 +16,7 @@ from hlcs.data.quantities import OUTCOMES
 from hlcs.data.recordings import ACCELERATIONS, COLUMNS, PIXELS
 from hlcs.importing.axes import turned
 from hlcs.importing.column_names import DIAMETERS, IN_RECORDINGS, IN_TABLES, MEANING, TIMED
-from hlcs.importing.found import Assumption, Found, recording
+from hlcs.importing.found import FEW, Assumption, Found, recording
 from hlcs.importing.grids import MISSING, grid_of, is_number, source_of
 from hlcs.importing.repeats import COMPUTED, below_one_another, word_and_unit
 from hlcs.importing.runs import bare, runs_of, without_short_names
@@ -115,6 +115,19 @@ def _nameless(grid, head, first):
     return notes
 
 
+def _left_out(grid, head, left, found):
+    """Assumptions on the columns whose meaning is not known: one of all, and one of each that may part the rows of a table."""
+    hints = {cell: _may_be_groups(grid, head, cell, found) for cell in left}
+    plain = [f"'{shown(cell)}'" for cell in left if not hints[cell]]
+    told = [f"column '{shown(cell)}' is left out, its meaning is not known{hint}" for cell, hint in hints.items() if hint]
+    if plain:
+        many = len(plain) > 1
+        more = f" and {len(plain) - FEW} more" if len(plain) > FEW else ""
+        named = f"column{'s' * many} {', '.join(plain[:FEW])}{more} {'are' if many else 'is'} left out"
+        told.append(f"{named}, {'their' if many else 'its'} meaning is not known")
+    return [Assumption(f"{grid.name}: {text}", "--column") for text in told]
+
+
 def _may_be_groups(grid, head, cell, found):
     """What to do where words that stand below a name may part the rows of a table: a ball, a floor, a person."""
     below = {cells[grid.cells[head].index(cell)] for cells in grid.cells[head + 1 :]} - MISSING - {""}
@@ -179,13 +192,7 @@ def _columns(grid, head, first, overrides, repeats=False):
             f"{_example(left)}; where each row is an experiment of its own, one is its "
             f"outcome: {', '.join(OUTCOMES)}; what is measured of none of these cannot be compared"
         )
-    notes = [
-        Assumption(
-            f"{grid.name}: column '{shown(cell)}' is left out, its meaning is not known{_may_be_groups(grid, head, cell, found)}",
-            "--column",
-        )
-        for cell in left
-    ]
+    notes = _left_out(grid, head, left, found)
     for name, place in found.items():
         cell = grid.cells[head][place.index]
         if cell != name and cell not in overrides.column:

@@ -9,11 +9,12 @@ from hlcs.importing.found import Assumption
 from minibullet.errors import InputError, shown
 
 UNITS = {  # quantity -> unit -> its size in the unit of the project
-    "time": {"s": 1.0, "sec": 1.0, "sek": 1.0, "second": 1.0, "seconds": 1.0, "milliseconds": 1e-3, "ms": 1e-3, "us": 1e-6,
-             "µs": 1e-6, "ns": 1e-9, "min": 60.0},
-    "length": {"m": 1.0, "meter": 1.0, "metre": 1.0, "meters": 1.0, "metres": 1.0, "cm": 0.01, "centimeters": 0.01, "mm": 1e-3,
-               "millimeters": 1e-3, "km": 1e3, "in": 0.0254, "inch": 0.0254, "inches": 0.0254, "ft": 0.3048, "feet": 0.3048,
-               "yd": 0.9144, "yds": 0.9144, "yard": 0.9144, "yards": 0.9144},
+    "time": {"s": 1.0, "sec": 1.0, "sek": 1.0, "second": 1.0, "seconds": 1.0, "secondes": 1.0, "secondi": 1.0, "segundos": 1.0,
+             "sekunden": 1.0, "milliseconds": 1e-3, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9, "min": 60.0},
+    "length": {"m": 1.0, "meter": 1.0, "metre": 1.0, "meters": 1.0, "metres": 1.0, "mètres": 1.0, "metros": 1.0, "metri": 1.0,
+               "cm": 0.01, "centimeters": 0.01, "centimetres": 0.01, "centimetros": 0.01, "centímetros": 0.01, "mm": 1e-3,
+               "millimeters": 1e-3, "millimetres": 1e-3, "milímetros": 1e-3, "km": 1e3, "in": 0.0254, "inch": 0.0254,
+               "inches": 0.0254, "ft": 0.3048, "feet": 0.3048, "yd": 0.9144, "yds": 0.9144, "yard": 0.9144, "yards": 0.9144},
     "speed": {"m/s": 1.0, "cm/s": 0.01, "mm/s": 1e-3, "km/h": 1 / 3.6, "ft/s": 0.3048, "mph": 0.44704},
     "acceleration": {"m/s2": 1.0, "m/s^2": 1.0, "m/s²": 1.0},
     "mass": {"kg": 1.0, "g": 1e-3},

@@ -286,6 +286,18 @@ def test_words_that_part_the_rows_of_a_table_are_offered_as_groups(imported):
     assert not any("=group" in one.text for one in grouped)
 
 
+def test_columns_of_unknown_meaning_are_told_in_one_line(imported):
+    """An export with everything that a script derived: three are named, the others counted."""
+    head = ";".join(f"derived {letter}" for letter in "abcde")
+    told = [
+        one.text
+        for one in imported(f"Tiempo_segundos;X_metros;Y_cm;{head}\n0;1;2{';9' * 5}\n1;1;3{';9' * 5}\n", "csv")[0].assumptions
+    ]
+    left = [one for one in told if "left out" in one]
+    assert len(left) == 1 and "columns 'derived a', 'derived b', 'derived c' and 2 more are left out, their" in left[0]
+    assert any("'X_metros' is x_m" in one for one in told) and any("'Y_cm' is y_m" in one for one in told)
+
+
 def test_what_is_no_outcome_is_refused_with_the_list_of_those_that_are(refused):
     """The period of a swing."""
     refused("Länge [cm];Periode [s]\n20;0,9\n40;1,27\n", "csv", "one is its outcome: fall_time_s", "cannot be compared")
