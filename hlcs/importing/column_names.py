@@ -8,10 +8,10 @@ from hlcs.importing.units import SUFFIXES
 WORDS = {  # what people write above a column, in English, German, French, Spanish, Italian and Portuguese -> the column
     "t_s": "t, time, zeit, laufzeit, temps, tiempo, tempo, time stamp, timestamp",
     "frame": "frame, frame number, bild, bildnummer, image, cuadro, fotograma, quadro",
-    "x_m": "x, x position, position x, x pos, pos x, posición x, posizione x, posição x",
-    "y_m": "y, y position, position y, y pos, pos y, posición y, posizione y, posição y",
-    "z_m": "z, z position, position z, z pos, pos z, posición z, posizione z, posição z, height, höhe, hoehe, h, hauteur, "
-    "altura, altezza, quota, elevation",
+    "x_m": "x, x position, position x, x pos, pos x, x-koordinate, x coordinate, posición x, posizione x, posição x",
+    "y_m": "y, y position, position y, y pos, pos y, y-koordinate, y coordinate, posición y, posizione y, posição y",
+    "z_m": "z, z position, position z, z pos, pos z, z-koordinate, z coordinate, posición z, posizione z, posição z, "
+    "height, höhe, hoehe, h, hauteur, altura, altezza, quota, elevation",
     "qw": "q0, quaternion w",
     "qx": "q1, quaternion x",
     "qy": "q2, quaternion y",

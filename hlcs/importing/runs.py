@@ -1,7 +1,8 @@
 """Runs that stand beside one another in one file, as the programs of school laboratories write them: a table of each.
 
 Vernier's Logger Pro and Graphical Analysis name a column "Run 1: Time (s)", or "Latest: Time (s)" where there is one run; PASCO's
-Capstone and SPARKvue name it "Time (s) Run #1".
+Capstone and SPARKvue name it "Time (s) Run #1". Viana names what it sees of each body "Objekt 1 x-Koordinate",
+beside one time of all.
 """
 
 import re
@@ -13,6 +14,7 @@ from minibullet.errors import InputError, shown
 NAMES = (
     re.compile(r"(?P<run>[^:]*[^:\s])\s*:\s+(?P<name>\S.*)"),
     re.compile(r"(?P<name>.*\S)\s+(?P<run>Run #\d+)", re.IGNORECASE),
+    BODIES := re.compile(r"(?P<run>(?:Objekt|Object|Objet|Objeto) \d+)\s+(?P<name>\S.*)", re.IGNORECASE),
 )
 LEAST = 2  # rows below the names of a run that was recorded
 AS_TEXT = "Vernier Format"  # how a text export of Logger Pro begins: names, short names and units stand in three rows of it
@@ -31,13 +33,14 @@ def runs_of(grid, head, overrides):
     cells = grid.cells[head]
     for names in NAMES:
         found = {index: names.fullmatch(cell) for index, cell in enumerate(cells) if cell}
-        if all(found.values()):
+        if all(found.values()) or names is BODIES and any(found.values()):
             break
     else:
         return [(grid, overrides)]
-    runs = {}
+    runs = {match["run"]: [index for index, match in found.items() if not match] for match in found.values() if match}
     for index, match in found.items():
-        runs.setdefault(match["run"], []).append(index)
+        if match:
+            runs[match["run"]].append(index)
     tables = {run: _columns(grid, head, places) for run, places in runs.items()}
     filled = [run for run, table in tables.items() if len(table.cells) > head + LEAST]
     if not filled:

@@ -70,7 +70,8 @@ def split_unit(name):
 
 
 def _plain(unit):
-    return unicodedata.normalize("NFC", unit).strip().rstrip(".").lower().replace("μ", "µ").replace("**", "^")
+    unit = re.sub(r"^in\s+", "", unicodedata.normalize("NFC", unit).strip())  # "Zeit (in s)"
+    return unit.rstrip(".").lower().replace("μ", "µ").replace("**", "^")
 
 
 def factor_of(quantity, unit, place):

@@ -64,3 +64,14 @@ def test_what_cannot_be_of_any_run_is_refused(refused):
     rows = [line.split(",") for line in text.strip().split("\n")]
     beyond = "\n".join(",".join([*row[:3], "" if k == 0 else "7", *row[3:]]) for k, row in enumerate(rows))
     refused(beyond, "csv", "column 4 has numbers and no name")
+
+
+def test_bodies_seen_by_viana_share_a_time_and_are_a_recording_each(imported):
+    """Semicolons with blanks, decimal commas with exponents, blank where a body was not marked; "(in s)" names a unit."""
+    head = "Frame; Zeit (in s); " + "; ".join(f"Objekt {k} {axis}-Koordinate" for k in (1, 2) for axis in "xy")
+    rows = "1; 0,000E0; ; ; 1,0E0; 2,00E0\n2; 1,0E-1; 5,0E-1; 1,0E0; 1,1E0; 1,95E0\n3; 2,0E-1; 6,0E-1; 9,5E-1; 1,2E0; 1,80E0\n"
+    found, tables = imported(f"{head}\n{rows}", "csv")
+    first, second = tables.values()
+    assert first == {"t_s": ["0.1", "0.2"], "x_m": ["0.5", "0.6"], "z_m": ["1.0", "0.95"]}
+    assert second == {"t_s": ["0.0", "0.1", "0.2"], "x_m": ["1.0", "1.1", "1.2"], "z_m": ["2.0", "1.95", "1.8"]}
+    assert "2 runs stand beside one another" in str(found)
