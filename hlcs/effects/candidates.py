@@ -307,7 +307,9 @@ def candidate(kind, surroundings: Surroundings, body: RigidBody, body_known, own
     free, fluid = [], surroundings.fluid_stated and surroundings.fluid_density > 0
     drag = 0.5 * surroundings.fluid_density * body.area / body.mass if body_known and surroundings.fluid_density else 0.2
     fast = speed_of_drag(surroundings, body, speed) if body_known else FAST
-    scales = {"": 1.0, "radius": body.radius, "drag at speed": drag * fast, "extent": extent, "per extent": 1 / extent}
+    as_wide = 4 / 3 * np.pi * (body.area / np.pi) ** 1.5 / body.volume if body.volume > 0 else 1.0
+    scales = {"": 1.0, "ball as wide": as_wide, "radius": body.radius, "drag at speed": drag * fast}
+    scales |= {"extent": extent, "per extent": 1 / extent}
     for name, known in parameters(kind).items():
         if (
             known.given or known.body_known not in (None, body_known)
@@ -329,7 +331,7 @@ def candidate(kind, surroundings: Surroundings, body: RigidBody, body_known, own
         if name == DENSITY and fluid:
             low, high = ((1 + sign * FAR * KNOWN) * stated for sign in (-1, 1))  # a lighter fluid contradicts the file as well
         if known.in_fluid and fluid:
-            stated, error = known.in_fluid
+            stated, error = (part * scale for part in known.in_fluid)
         ends, certain = (known.least, known.most), fluid and stated is not None
         inertia = 2 * body.radius * surroundings.fluid_density * speed  # of the flow: over the viscosity a Reynolds number
         holds_from = inertia / kind.reynolds[1] if name == VISCOSITY else -np.inf

@@ -11,6 +11,7 @@ from minibullet.effects.contract import Facts, Parameter, name_of, parameters, s
 
 FLUID = "fluid"  # what plain words call the surroundings where none are given
 BOUNDS_IN = {  # what bounds are multiples of, in words
+    "ball as wide": "times the volume of a ball as wide as the body over its own",
     "radius": "times the radius of the body",
     "drag at speed": "times rho A/(2 m) at the speed of the body",
     "extent": "times the range of heights",

@@ -92,7 +92,8 @@ class Parameter(NamedTuple):
     source: str = ""  # where law, value or bounds come from
     given: bool = False  # True: a property of the surroundings, known and not fitted (density of the fluid, ...)
     bounds_in: str = ""  # "" or what the bounds are multiples of: "radius" of the body, "drag at speed": rho_f A/(2 m) times
-    # its speed, "extent": the range of heights that were measured, or "per extent": 1 over that
+    # its speed, "ball as wide": volume of a ball of the same area over that of the body, "extent": the range of heights that
+    # were measured, or "per extent": 1 over that
     least: float | None = None  # where the law itself ends below, None = at `low` where that is zero or the null value [unit]
     most: float | None = None  # where the law itself ends above, None = nowhere [unit]
     period: float | None = None  # values this far apart mean the same (an angle); then the bounds do not bind [unit]

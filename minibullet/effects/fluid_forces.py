@@ -52,7 +52,8 @@ class AddedMass(Effect):
     """Fluid that must be accelerated with the body: more linear inertia in every direction, no rotational inertia.
 
     C = 0.5 for a sphere in unbounded fluid: H. Lamb, Hydrodynamics (1932), art. 92; 0.68 for a cube: DNV-RP-C205 (2010), app. D.
-    It enters the mass matrix and not the forces, so that light bodies in a heavy fluid stay stable.
+    A thin disc takes along nearly as much as a ball as wide as it, many times what it displaces (Lamb, art. 108). It enters the
+    mass matrix and not the forces, so that light bodies in a heavy fluid stay stable.
     """
 
     coefficient: float = parameter(
@@ -62,6 +63,7 @@ class AddedMass(Effect):
         high=1.5,
         null=0.0,
         source="Lamb (1932) art. 92",
+        bounds_in="ball as wide",
         in_fluid=(0.5, 0.25),
         symbol="C",
         about="added mass over displaced mass",
