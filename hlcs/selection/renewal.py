@@ -43,8 +43,9 @@ def affordable(search):
 def kept(search):
     """The sets that do as well as the best one, and those that were fitted of what is simpler: where held-out data do not prove
     a law, its special case may stand. Not the model under test, which is always fitted."""
-    sets = [effects for effects in search.ranked() if effects]
-    near = [effects for effects in sets if search.cost(effects) < search.cost(search.ranked()[0]) + TIED]
+    best, *_ = ranked = search.ranked()
+    sets = [effects for effects in ranked if effects]
+    near = [effects for effects in sets if search.cost(effects) < search.cost(best) + TIED]
     near += [effects for effects in unsettled(search, sets) if effects not in near]
     simpler = {few for effects in near for few in search.parts(effects)}
     return near + [effects for effects in sets if effects in simpler and effects not in near]

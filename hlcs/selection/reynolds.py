@@ -30,19 +30,21 @@ def reached(candidates, parameters, moved, adequate):
     curves are those of spheres: of other bodies the area is told that a drag coefficient refers to, where no file states it.
     """
     laws = {name: candidates[name].kind for name in parameters if issubclass(candidates[name].kind, Drag)}
-    tubes = {name: _tube(parameters[name]) for name in parameters if candidates[name].kind is TubeDrag}
     spheres = [each for each in moved if each[0].shape == "sphere" and each[0].sized and each[1].fluid_density and each[2] > 0]
     if not spheres:
         areas = [
             rigid_body(body).area for body, _, _ in moved if body.shape != "sphere" and body.sized and body.drag_area is None
         ]
         return {name: _area(areas) for name in laws if areas and "drag_coefficient" in parameters[name]}
-    return {name: _reached(kind, parameters[name], spheres, adequate) for name, kind in laws.items()} | tubes
+    tubes = [name for name in parameters if candidates[name].kind is TubeDrag and not spheres[0][1].tube_radius]
+    widths = {
+        name: _tube(parameters[name]["inverse_radius"]) for name in tubes if parameters[name]["inverse_radius"].get("value")
+    }
+    return {name: _reached(kind, parameters[name], spheres, adequate) for name, kind in laws.items()} | widths
 
 
-def _tube(numbers):
-    """How wide a tube is that was found by its inverse radius."""
-    found = numbers["inverse_radius"]
+def _tube(found):
+    """How wide a tube is that was found by its inverse radius, {value, low, high} [1/m]."""
     least, value, most = (f"{1000 / max(found[end], 1e-3):.3g}" for end in ("high", "value", "low"))
     told = f"That is a tube of {value} mm radius ({least} to {most} mm). State yours as surroundings.tube_radius: it is believed"
     return {"least": None, "most": None, "holds": None, "told": f"{told} to a tenth."}
