@@ -51,6 +51,7 @@ class Change(Facts):
     """Base of the candidates that are not forces; override one hook and state its facts."""
 
     by_session: ClassVar[bool] = False  # may its numbers be others in each session of a measurement?
+    by_person: ClassVar[bool] = False  # and for each person, whose reaction time is their own?
 
     def setup(self, setup: Setup) -> Setup:
         """The set-up as it really was, given the nominal one."""

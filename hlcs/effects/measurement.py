@@ -135,6 +135,7 @@ class ClockOffset(Change):
     confused_with = ("tracker_smoothing",)
     group = "measurement"
     by_session = True
+    by_person = True
     needs = (Need.RELEASE,)
 
     def look(self, look, scene):

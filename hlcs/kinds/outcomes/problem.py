@@ -309,7 +309,7 @@ def table_candidates(file, table, names, own):
     why = with_drag_that_fits(why, body, surroundings, speed)
     found, absent = eligible(why, file.effects, body, surroundings, known_to_drag(body), own, extent, speed)
     sessions = np.unique(table.groups).tolist() if between_groups(table).seen else ()
-    return [each_session(entry, sessions) if entry.kind is ClockOffset else entry for entry in found], absent
+    return [each_session(entry, sessions) if getattr(entry.kind, "by_person", False) else entry for entry in found], absent
 
 
 def prepare_table(file, table, own=()):
