@@ -3,7 +3,7 @@
 from hlcs.data.outcome_tables import SD
 from hlcs.data.quantities import INPUTS, OUTCOMES
 from hlcs.data.recordings import ACCELERATIONS, COLUMNS, PIXELS
-from hlcs.importing.units import SUFFIXES
+from hlcs.importing.units import KNOWN, SUFFIXES, UNITS, quantity_of, split_unit
 
 WORDS = {  # what people write above a column, in English, German, French, Spanish, Italian and Portuguese -> the column
     "t_s": "t, time, zeit, laufzeit, temps, tiempo, tempo, time stamp, timestamp",
@@ -61,3 +61,15 @@ IN_TABLES = (*INPUTS, *(f"{name}{SD}" for name in INPUTS), *OUTCOMES, "group")
 for column in (*INPUTS, *OUTCOMES):  # "bounce time" is bounce_time_s: a column without the unit in its name
     ending = next((ending for ending in SUFFIXES if column.endswith(ending)), "")
     MEANING.setdefault(column.removesuffix(ending).replace("_", " "), column)
+
+
+def meaning(word, unit=""):
+    """The column that a word means, None where nobody knows, or its unit is of something else: a "Tempo [m/s]" is no time."""
+    name = MEANING.get(word)
+    fits = name is None or unit not in KNOWN or unit in UNITS[quantity_of(name)] or unit in UNITS["pixels"]
+    return name if fits else None
+
+
+def column_of(cell):
+    """The same of a cell above a column, its unit in it."""
+    return meaning(*split_unit(cell))

@@ -8,6 +8,8 @@ beside one time of all.
 import re
 from dataclasses import replace
 
+from hlcs.data.recordings import COLUMNS
+from hlcs.importing.column_names import column_of
 from hlcs.importing.found import Assumption
 from minibullet.errors import InputError, shown
 
@@ -33,15 +35,15 @@ def runs_of(grid, head, overrides):
     cells = grid.cells[head]
     for names in NAMES:
         found = {index: names.fullmatch(cell) for index, cell in enumerate(cells) if cell}
-        if all(found.values()) or names is BODIES and any(found.values()):
+        if all(found.values()) or names is BODIES and _of_bodies(found, cells):
             break
     else:
         return [(grid, overrides)]
-    runs = {match["run"]: [index for index, match in found.items() if not match] for match in found.values() if match}
+    shared, runs = [index for index, match in found.items() if not match], {}
     for index, match in found.items():
         if match:
-            runs[match["run"]].append(index)
-    tables = {run: _columns(grid, head, places) for run, places in runs.items()}
+            runs.setdefault(match["run"], []).append(index)
+    tables = {run: _columns(grid, head, shared, places) for run, places in runs.items()}
     filled = [run for run, table in tables.items() if len(table.cells) > head + LEAST]
     if not filled:
         raise InputError(f"{grid.place(head)}: fewer than two rows of numbers below the names of any run")
@@ -52,7 +54,7 @@ def runs_of(grid, head, overrides):
     notes = grid.assumptions + tuple(Assumption(f"{grid.name}: {text}") for text in told)
     parts = []
     for run in filled:
-        of_others = {cell for index, cell in enumerate(cells) if index not in runs[run]}
+        of_others = {cell for index, cell in enumerate(cells) if index not in (*shared, *runs[run])}
         said = {cell: name for cell, name in overrides.column.items() if cell not in of_others}
         column = {bare(cell) if cell in cells else cell: name for cell, name in said.items()}
         stem = f"{grid.stem} {run}" if len(runs) > 1 else grid.stem
@@ -60,11 +62,21 @@ def runs_of(grid, head, overrides):
     return parts
 
 
-def _columns(grid, head, places):
-    """A Grid with some of the columns alone, and of the rows below their names those in which one of them is filled."""
-    rows = [[row[k] if k < len(row) else "" for k in places] for row in grid.cells]
+def _of_bodies(found, cells):
+    """Are these columns, {place: match of BODIES or None}, a position of each body at least, and times of all of them?"""
+    own = {(match["run"], column_of(match["name"])) for match in found.values() if match}
+    shared = {column_of(cells[index]) for index, match in found.items() if not match}
+    return (
+        bool(own) and {run for run, _ in own} == {run for run, name in own if name in COLUMNS[1:4]} and shared <= {"t_s", "frame"}
+    )
+
+
+def _columns(grid, head, shared, own):
+    """A Grid with columns that runs share and those of one alone, and of the rows below their names those in which one of the
+    latter is filled."""
+    rows = [[row[k] if k < len(row) else "" for k in (*shared, *own)] for row in grid.cells]
     rows[head] = [bare(cell) for cell in rows[head]]
-    kept = [k for k, row in enumerate(rows) if k <= head or any(row)]
+    kept = [k for k, row in enumerate(rows) if k <= head or any(row[len(shared) :])]
     return replace(grid, lines=tuple(grid.lines[k] for k in kept), cells=tuple(rows[k] for k in kept))
 
 

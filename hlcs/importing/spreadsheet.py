@@ -15,7 +15,7 @@ from hlcs.data.model_entries import FILL_IN
 from hlcs.data.quantities import OUTCOMES
 from hlcs.data.recordings import ACCELERATIONS, COLUMNS, PIXELS
 from hlcs.importing.axes import turned
-from hlcs.importing.column_names import DIAMETERS, IN_RECORDINGS, IN_TABLES, MEANING, TIMED
+from hlcs.importing.column_names import DIAMETERS, IN_RECORDINGS, IN_TABLES, MEANING, TIMED, meaning
 from hlcs.importing.found import FEW, Assumption, Found, recording
 from hlcs.importing.grids import MISSING, grid_of, is_number, source_of
 from hlcs.importing.repeats import COMPUTED, below_one_another, word_and_unit
@@ -158,7 +158,7 @@ def _columns(grid, head, first, overrides, repeats=False):
     for index, cell in enumerate(grid.cells[head]):
         word, unit = word_and_unit(grid.cells[head], units, index)
         own = cell.strip() if cell.strip() in known else None
-        name = asked.pop(cell, None) or own or MEANING.get(word)
+        name = asked.pop(cell, None) or own or meaning(word, unit)
         if name in COLUMNS[1:4] and cell not in overrides.column and unit in UNITS["pixels"] and overrides.length_unit is None:
             name = PIXELS[COLUMNS.index(name) - 1]
         if own and cell not in overrides.column:

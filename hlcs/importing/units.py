@@ -12,6 +12,7 @@ UNITS = {  # quantity -> unit -> its size in the unit of the project
     "time": {"s": 1.0, "sec": 1.0, "sek": 1.0, "second": 1.0, "seconds": 1.0, "secondes": 1.0, "secondi": 1.0, "segundos": 1.0,
              "sekunden": 1.0, "milliseconds": 1e-3, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9, "min": 60.0},
     "length": {"m": 1.0, "meter": 1.0, "metre": 1.0, "meters": 1.0, "metres": 1.0, "mètres": 1.0, "metros": 1.0, "metri": 1.0,
+               "centimètres": 0.01, "centimetri": 0.01, "millimètres": 1e-3, "millimetri": 1e-3, "milimetros": 1e-3,
                "cm": 0.01, "centimeters": 0.01, "centimetres": 0.01, "centimetros": 0.01, "centímetros": 0.01, "mm": 1e-3,
                "millimeters": 1e-3, "millimetres": 1e-3, "milímetros": 1e-3, "km": 1e3, "in": 0.0254, "inch": 0.0254,
                "inches": 0.0254, "ft": 0.3048, "feet": 0.3048, "yd": 0.9144, "yds": 0.9144, "yard": 0.9144, "yards": 0.9144},
@@ -70,8 +71,8 @@ def split_unit(name):
 
 
 def _plain(unit):
-    unit = re.sub(r"^in\s+", "", unicodedata.normalize("NFC", unit).strip())  # "Zeit (in s)"
-    return unit.rstrip(".").lower().replace("μ", "µ").replace("**", "^")
+    unit = unicodedata.normalize("NFC", unit).strip().rstrip(".").lower().replace("μ", "µ").replace("**", "^")
+    return re.sub(r"^(in|en|em) +", "", unit)  # "Zeit (in s)"
 
 
 def factor_of(quantity, unit, place):

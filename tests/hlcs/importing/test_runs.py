@@ -75,3 +75,16 @@ def test_bodies_seen_by_viana_share_a_time_and_are_a_recording_each(imported):
     assert first == {"t_s": ["0.1", "0.2"], "x_m": ["0.5", "0.6"], "z_m": ["1.0", "0.95"]}
     assert second == {"t_s": ["0.0", "0.1", "0.2"], "x_m": ["1.0", "1.1", "1.2"], "z_m": ["2.0", "1.95", "1.8"]}
     assert "2 runs stand beside one another" in str(found)
+
+
+def test_a_body_that_was_never_marked_is_left_out(imported):
+    """The time of all fills its rows, and nothing of its own."""
+    text = "Frame; Zeit (in s); Objekt 1 x-Koordinate; Objekt 2 x-Koordinate\n1; 0,0; 1,0; \n2; 0,1; 1,1; \n3; 0,2; 1,2; 5,0\n"
+    found, tables = imported(text, "csv")
+    assert len(tables) == 1 and "Objekt 2 is left out, it has fewer than two rows of numbers" in str(found)
+
+
+def test_columns_named_after_objects_that_are_no_recordings_stay_as_they_are(imported, refused):
+    """Heights beside times of two objects are outcomes; positions beside those of another object are of a body of their own."""
+    refused("height (m);Object 1 time (s);Object 2 time (s)\n0.2;0.20;0.21\n0.4;0.29;0.30\n", "csv", "outcome")
+    assert imported("t;x;y;Object 2 x;Object 2 y\n0;1;2;3;4\n1;2;3;4;5\n", "csv")[1]["drop.csv"]["x_m"] == ["1.0", "2.0"]

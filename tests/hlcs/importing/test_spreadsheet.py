@@ -286,6 +286,12 @@ def test_words_that_part_the_rows_of_a_table_are_offered_as_groups(imported):
     assert not any("=group" in one.text for one in grouped)
 
 
+def test_a_word_whose_unit_is_of_something_else_is_not_taken_for_it(imported):
+    """Tempo is a time in Italian and a speed in German."""
+    found, tables = imported("Zeit [s];Höhe [m];Tempo [m/s]\n0;1;2\n1;1;3\n", "csv")
+    assert list(tables.values())[0]["t_s"] == ["0.0", "1.0"] and "column 'Tempo [m/s]' is left out" in str(found)
+
+
 def test_columns_of_unknown_meaning_are_told_in_one_line(imported):
     """An export with everything that a script derived: three are named, the others counted."""
     head = ";".join(f"derived {letter}" for letter in "abcde")
