@@ -72,6 +72,7 @@ class Odds:
         least = self.paid + np.array([occam(n * signal.information, n * signal.count) for n in count])[:, None]
         if self.by_chance is not None:
             least = np.maximum(least, self.held_out(count[:, None], signal, numbers))
+        least = np.maximum(least, 0.0)  # what the file implies is there at any fall
         return np.mean(1 - special.chndtr(least, numbers, noncentrality[:, None]), axis=1)
 
     def held_out(self, count, signal, numbers):
@@ -119,7 +120,7 @@ def plan(experiment, effect, at, power=0.9):
     problem, base = prepared.problem, prepared.base
     if problem is None:
         raise InputError(f"the noise of the pilot is unknown, so nothing can be planned: {experiment.advice}")
-    if lacks_drag(entry, base.model):
+    if lacks_drag(entry, base.model.kinds):
         raise InputError(f"{effect} acts through a drag alone, and the model has none; state one in [model] effects")
     plus = base.model.with_term(Term(entry, tuple(numbers.items())))
     signal = signal_of(problem, base, plus, pilot.count)
