@@ -7,6 +7,7 @@ from minibullet.errors import shown
 OF_FLUIDS = (  # what is stated of a liquid, in words, its unit, and the effects that find one number for it
     ("fluid_viscosity", "viscosities", "Pa s", ("sphere_drag", "stokes_drag")),
     ("fluid_density", "liquid densities", "kg/m3", ("buoyancy",)),
+    ("tube_radius", "tubes", "m radius", ("tube_drag",)),
 )
 
 
@@ -16,6 +17,9 @@ def check_combinations(file):
         file.source.fail("effects", f"'{shown(name)}' stands there twice: write it once, with the numbers that hold", "model")
     if name := twice(file.candidates or ()):
         file.source.warn("candidates", f"'{shown(name)}' stands there twice: once says the same", "diagnose")
+    for index, each in ((None, file), *enumerate(file.trials)):
+        if told := too_narrow(each.body, each.surroundings):
+            file.source.fail("tube_radius", told, "surroundings" if index is None else "trial", index)
     with_session = [index for index, trial in enumerate(file.trials) if trial.session]
     if 0 < len(with_session) < len(file.trials):
         without = next(index for index, trial in enumerate(file.trials) if not trial.session)
@@ -26,6 +30,16 @@ def check_combinations(file):
             "all, or of none"
         )
         file.source.warn("session", what, "trial", with_session[0])
+
+
+def too_narrow(body, surroundings):
+    """What is wrong with a tube that a sphere does not fit into; "" where it does, or none is stated."""
+    tube, ball = surroundings.tube_radius, body.radius if body.shape == "sphere" else None
+    if not tube or not ball or ball < tube:
+        return ""
+    return (
+        f"{tube:g} m, and the body has a radius of {ball:g} m: it does not fit in; state half the inner width of the tube, in m"
+    )
 
 
 def fluids_told(file, moved):

@@ -10,7 +10,7 @@ AROUND = {
     "gravity": (0.0, 300.0),
     "fluid_density": (0.0, 25000.0),
     "fluid_viscosity": (0.0, 1e4),
-    "tube_radius": (0.0, 1e3),
+    "tube_radius": (1e-6, 1e3),
     "friction": (0.0, 10.0),
     "restitution": (0.0, 1.0),
 }  # lowest and highest value of what surrounds a body, SI
@@ -50,6 +50,7 @@ INPUTS = {  # lowest and highest value of each input of a table
     "gravity_m_s2": AROUND["gravity"],
     "fluid_density_kg_m3": AROUND["fluid_density"],
     "fluid_viscosity_pa_s": AROUND["fluid_viscosity"],
+    "tube_radius_m": AROUND["tube_radius"],
     "spin_rad_s": (-1e5, 1e5),
     "start_speed_m_s": (0, 400),
     "mark_1_m": (0, 1e3),

@@ -21,6 +21,7 @@ KNOWN = (
     0.05  # relative error of a fluid density that a file states: temperature, salt, pressure; where none is stated any gas may be
 )
 BEYOND = 1.1  # times what a file states: plausible, though the law's own range ends below
+MOST_AS_WIDE = 1.4  # times what a ball sets in motion: a cube, and rods in the mean over their attitudes (DNV-RP-C205, app. D)
 FAST = 10.0  # speed of a body whose speed is not known, for what a drag in proportion to it may be [m/s]
 FAR = 2.0  # times that error: beyond it a number contradicts the file
 IN_NO_FLUID = 2.0  # times the end of its law's range: beyond it no fluid that a file states has a number, were the file mistaken
@@ -280,6 +281,18 @@ def in_doubt(entry, number, error):
     return replace(entry, free=tuple(free), doubted=True)
 
 
+def as_wide(body):
+    """Volume of a ball of the same area as a rigid body over its own: what it sets in motion over what as large a ball does.
+
+    Without end for a flat one only: a rod sets no more in motion than a cube does, part by part.
+    """
+    if not body.volume > 0:
+        return 1.0
+    least, middle, largest = sorted(body.inertia)
+    flat = largest - middle > middle - least
+    return float(np.clip(4 / 3 * np.pi * (body.area / np.pi) ** 1.5 / body.volume, 1.0, np.inf if flat else MOST_AS_WIDE))
+
+
 def speed_of_drag(surroundings, body, speed):
     """Speed [m/s] at which a drag coefficient of 2.5 slows a body as much as is plausible at the fastest that it was, `speed`.
 
@@ -307,8 +320,7 @@ def candidate(kind, surroundings: Surroundings, body: RigidBody, body_known, own
     free, fluid = [], surroundings.fluid_stated and surroundings.fluid_density > 0
     drag = 0.5 * surroundings.fluid_density * body.area / body.mass if body_known and surroundings.fluid_density else 0.2
     fast = speed_of_drag(surroundings, body, speed) if body_known else FAST
-    as_wide = 4 / 3 * np.pi * (body.area / np.pi) ** 1.5 / body.volume if body.volume > 0 else 1.0
-    scales = {"": 1.0, "ball as wide": as_wide, "radius": body.radius, "drag at speed": drag * fast}
+    scales = {"": 1.0, "ball as wide": as_wide(body), "radius": body.radius, "drag at speed": drag * fast}
     scales |= {"extent": extent, "per extent": 1 / extent}
     for name, known in parameters(kind).items():
         if (

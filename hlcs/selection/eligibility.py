@@ -206,11 +206,6 @@ def all_alike(trials):
     return bool(np.max(np.ptp(table, axis=0)) < 0.1 * span)
 
 
-def lacks_drag(entry, model):
-    """Does a candidate act only through a drag, and the model has none?"""
-    return entry.through_drag and not has_drag(model)
-
-
-def has_drag(model):
-    """Is there a drag in the model, in its file's part or among its terms?"""
-    return any(issubclass(kind, forces.Drag) for kind in model.kinds)
+def lacks_drag(entry, kinds):
+    """Does a candidate act only through a drag, and there is none such among these classes of effects?"""
+    return entry.through_drag and not any(issubclass(kind, entry.kind.acts_on) for kind in kinds)

@@ -128,7 +128,7 @@ def _explained(sets, name, same, holding, evidence, left):
     if same:
         return Reason.NOT_TOLD_APART(others=", ".join(other for other in same if other in best), at=at, label=label)
     if evidence is None:
-        return Reason.NO_DRAG() if lacks_drag(entry, search.fits[best].model) else Reason.INVISIBLE()
+        return Reason.NO_DRAG() if lacks_drag(entry, search.fits[best].model.kinds) else Reason.INVISIBLE()
     better = [other for other in sorted(best) if entry.alike and search.candidates[other].alike == entry.alike]
     if better and evidence > 0:
         return Reason.OTHER_FORM(form=entry.alike, better=better[0])

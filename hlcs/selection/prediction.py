@@ -59,7 +59,7 @@ def signatures(problem, fit, entry, at):
 
     at: numbers that are known of it beforehand, {number: value}: a derivative is then the way there, else a small one.
     """
-    if lacks_drag(entry, fit.model):
+    if lacks_drag(entry, fit.model.kinds):
         return []
 
     def columns(view):

@@ -36,18 +36,19 @@ def reached(candidates, parameters, moved, adequate):
             rigid_body(body).area for body, _, _ in moved if body.shape != "sphere" and body.sized and body.drag_area is None
         ]
         return {name: _area(areas) for name in laws if areas and "drag_coefficient" in parameters[name]}
-    tubes = [name for name in parameters if candidates[name].kind is TubeDrag and not spheres[0][1].tube_radius]
-    widths = {
-        name: _tube(parameters[name]["inverse_radius"]) for name in tubes if parameters[name]["inverse_radius"].get("value")
-    }
-    return {name: _reached(kind, parameters[name], spheres, adequate) for name, kind in laws.items()} | widths
+    tubes = {name: numbers["inverse_radius"] for name, numbers in parameters.items() if candidates[name].kind is TubeDrag}
+    stated = any(around.tube_radius for _, around, _ in spheres)
+    widths = {name: _tube(found) for name, found in tubes.items() if found.get("value") and not stated}
+    walled = stated or bool(tubes)
+    return {name: _reached(kind, parameters[name], spheres, adequate, walled) for name, kind in laws.items()} | widths
 
 
 def _tube(found):
     """How wide a tube is that was found by its inverse radius, {value, low, high} [1/m]."""
     least, value, most = (f"{1000 / max(found[end], 1e-3):.3g}" for end in ("high", "value", "low"))
-    told = f"That is a tube of {value} mm radius ({least} to {most} mm). State yours as surroundings.tube_radius: it is believed"
-    return {"least": None, "most": None, "holds": None, "told": f"{told} to a tenth."}
+    span = f"{least} to {most} mm" if found["low"] > 0 else f"{least} mm or more"
+    told = f"That is a tube of {value} mm radius ({span}). State yours as surroundings.tube_radius: it is believed to a tenth."
+    return {"least": None, "most": None, "holds": None, "told": told}
 
 
 def _area(areas):
@@ -58,7 +59,7 @@ def _area(areas):
     return {"least": None, "most": None, "holds": None, "area": span, "told": f"{told}state its drag_area under [body]."}
 
 
-def _reached(kind, numbers, spheres, adequate):
+def _reached(kind, numbers, spheres, adequate, walled):
     begins, ends = kind.reynolds_of_spheres
     eta = numbers.get("viscosity", {}).get("value") if issubclass(kind, StokesDrag) else None
     found = [
@@ -75,21 +76,21 @@ def _reached(kind, numbers, spheres, adequate):
     if issubclass(kind, SphereDrag):
         told = f"{reach}; the drag of a sphere follows this curve to 5 % up to about {SCHILLER_NAUMANN:g} ({CURVE})."
     elif issubclass(kind, ViscousDrag):
-        told = _in_proportion(reach, most, eta if adequate else None)
+        told = _in_proportion(reach, most, eta if adequate else None, walled)
     else:
         told = _by_coefficient(reach, least, most, begins, ends)
     return {"least": least, "most": most, "holds": begins <= least and most <= ends, "told": told}
 
 
-def _in_proportion(reach, most, eta):
+def _in_proportion(reach, most, eta, walled):
     """What the drag of a sphere is beside one in proportion to speed; eta: the viscosity that it gave, None: none, or one that
-    explains nothing."""
+    explains nothing; walled: are the walls of a tube counted already?"""
     if most <= StokesDrag.reynolds_of_spheres[1]:
+        told = f"{reach}, where Stokes's law tells the drag of a sphere to {_short(most):.0f} %."
+        if walled:
+            return told
         walls = " and ".join(f"{100 * tube_factor(1 / across):.0f} % in one of {across}" for across in (50, 10))
-        return (
-            f"{reach}, where Stokes's law tells the drag of a sphere to {_short(most):.0f} %. The walls of a tube add to it: "
-            f"{walls} diameters of the sphere (tube_drag; {WALLS})."
-        )
+        return f"{told} The walls of a tube add to it: {walls} diameters of the sphere (tube_drag; {WALLS})."
     told = f"{reach}; a sphere is dragged in proportion to its speed (Stokes's law) up to about 1 only."
     thinner = dragged_as_much(most) if eta else most
     if thinner > SCHILLER_NAUMANN:

@@ -15,7 +15,7 @@ import numpy as np
 from hlcs.estimation.budget import Budget
 from hlcs.estimation.fitting import left_by_segments
 from hlcs.processes import interrupts
-from hlcs.selection.eligibility import has_drag
+from hlcs.selection.eligibility import lacks_drag
 from hlcs.selection.prediction import LinearModel, Proposal, signatures
 from hlcs.selection.preview import FARTHER, HERE, Preview, misfit
 from hlcs.selection.refitting import refit
@@ -45,8 +45,7 @@ class Search:
         self.problem, self.base, self.odds = problem, base, odds
         self.candidates = {entry.name: entry for entry in sorted(candidates, key=lambda entry: entry.name)}
         self.progress, self.readings, self.first = progress or (lambda text: None), readings or {}, tuple(first)
-        self.preview = Preview(problem, base.model, self.candidates)
-        self.base_has_drag = has_drag(base.model)
+        self.preview, self.base_kinds = Preview(problem, base.model, self.candidates), base.model.kinds
         self.budget = budget or Budget(problem)
         self.fits = {frozenset(): base}  # names of effects -> their best fit
         self.reduced = {}  # the same of sets that the search had no need of, fitted for the verdict
@@ -80,7 +79,10 @@ class Search:
         """What the file implies beside a set: what the data would show and, beside others, what their numbers would; a law that
         holds another one stands in its place."""
         held = {name for name in self.implied for law in effects if self.candidates[law].holds(self.candidates[name])}
-        return (self.implied if effects - self.implied else self.shown) - held
+        implied = (self.implied if effects - self.implied else self.shown) - held
+        if self.compatible(effects | implied):
+            return implied
+        return frozenset(name for name in implied if not self.candidates[name].through_drag)
 
     def ranked(self):
         """The fitted sets, the best first."""
@@ -95,11 +97,11 @@ class Search:
         return self.excess(fit) < 0 and all(free.plausible(value) for _, free, value in fit.numbers)
 
     def compatible(self, effects):
-        """May these candidates stand in one model? Not two forms of one law, and nothing that acts through a drag without one."""
+        """May these candidates stand in one model? Not two forms of one law, and nothing that acts through a drag without it."""
         entries = [self.candidates[name] for name in effects]
         forms = [entry.form_of for entry in entries if entry.form_of]
-        drag = self.base_has_drag or any(entry.is_drag for entry in entries)
-        return len(forms) == len(set(forms)) and (drag or not any(entry.through_drag for entry in entries))
+        kinds = [*self.base_kinds, *(entry.kind for entry in entries)]
+        return len(forms) == len(set(forms)) and not any(lacks_drag(entry, kinds) for entry in entries)
 
     def count(self, effects):
         """How many numbers a set has that a fit must find, one at least."""

@@ -375,6 +375,7 @@ ROW_KEYS = {  # of a row, in the place of what the file states
     "gravity_m_s2": ("surroundings", "gravity"),
     "fluid_density_kg_m3": ("surroundings", "fluid_density"),
     "fluid_viscosity_pa_s": ("surroundings", "fluid_viscosity"),
+    "tube_radius_m": ("surroundings", "tube_radius"),
 }
 
 

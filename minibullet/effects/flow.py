@@ -24,6 +24,8 @@ from minibullet.rotations import conjugate, dot, rotate
 class DragModifier(FluidForce):
     """A change of the forces of other effects, which stand in the field `through` (a tuple of effects)."""
 
+    acts_on = Drag  # what it changes, of the effects of a model
+
     def through_wrench(self, bodies: Bodies, time: float) -> np.ndarray:
         """Wrench of the modified effects together, (n, 6)."""
         return sum((effect.forces(bodies, time) for effect in self.through), np.zeros((len(bodies.mass), 6)))
@@ -134,9 +136,12 @@ class WallDrag(DragModifier):
 class TubeDrag(Viscous, DragModifier):
     """Drag of a sphere grows in a tube: what it displaces must flow back between it and the walls.
 
-    Of the part in proportion to speed, on the axis of the tube: right to 1 % up to 0.4 of its radius. H. Faxen, Ark. Mat. Astron.
-    Fys. 17 (1922) no. 27; in J. Happel and H. Brenner, Low Reynolds Number Hydrodynamics (1983), ch. 7.
+    Of the part in proportion to speed, on the axis of the tube: W. L. Haberman and R. M. Sayre, David Taylor Model Basin Report
+    1143 (1958), a closed form right to 2 % up to half its radius; in J. Happel and H. Brenner, Low Reynolds Number Hydrodynamics
+    (1983), ch. 7. At higher Reynolds numbers the walls count for less beside the inertia of the fluid.
     """
+
+    acts_on = ViscousDrag
 
     inverse_radius: float = parameter(
         0.0,
@@ -150,7 +155,7 @@ class TubeDrag(Viscous, DragModifier):
     )
     through: tuple = ()  # the drags that feel the walls
     plain = "more {fluid} resistance between the walls of a tube"
-    formula = "F = (K - 1) D_v, 1/K = 1 - 2.104 q + 2.09 q^3 - 0.95 q^5, q = c r"
+    formula = "F = (K - 1) D_v, K = (1 - 0.759 q^5)/(1 - 2.105 q + 2.087 q^3 - 1.707 q^5 + 0.726 q^6), q = c r"
     symbols = {"D_v": "part of the drag in proportion to speed [N]", "K": "what the tube multiplies it by", "q": "of the radii"}
     looks_like = "Large spheres sink too slowly beside small ones, by twice the ratio of their radius to that of the tube."
     confused_with = ("sphere_drag",)
@@ -159,27 +164,25 @@ class TubeDrag(Viscous, DragModifier):
     reynolds = (0.0, 100.0)
 
     def resistance(self, bodies):
-        creeping = sum(
-            (drag.resistance(bodies) for drag in self.through if isinstance(drag, ViscousDrag)), np.zeros(len(bodies.mass))
-        )
+        viscous = [drag for drag in self.through if isinstance(drag, ViscousDrag)]
+        creeping = sum((drag.resistance(bodies) for drag in viscous), np.zeros(len(bodies.mass)))
         return tube_factor(self.inverse_radius * bodies.radius) * creeping
 
 
 def tube_factor(ratio):
     """Part by which a tube raises the drag of a sphere that creeps along its axis, K - 1 [-]; ratio: of their radii, taken as
-    0.5 where it is larger. H. Faxen, as in `TubeDrag`."""
-    q = np.minimum(ratio, 0.5)
-    return 1 / (1 - 2.104 * q + 2.09 * q**3 - 0.95 * q**5) - 1
+    0.8 where it is larger. W. L. Haberman and R. M. Sayre, as in `TubeDrag`."""
+    q = np.minimum(ratio, 0.8)
+    return (1 - 0.75857 * q**5) / (1 - 2.105 * q + 2.0865 * q**3 - 1.7068 * q**5 + 0.72603 * q**6) - 1
 
 
 def compose(effects) -> tuple[Effect, ...]:
     """The effects as they act together: each modifier with an empty `through` is bound to the effects of this list it acts on.
 
-    OrientationDrag and WallDrag act on the plain drags; UniformFlow acts on every force of the fluid, those two included;
-    so the order of the list does not matter. What states a coefficient of contact (Friction) acts before what changes one
-    (ViscousFriction). Buoyancy is the weight of the displaced fluid: where gravity is tilted, it is too.
-    InputError where something is not an effect, or a modifier away from its null
-    value finds nothing to act on.
+    OrientationDrag and WallDrag act on the plain drags, TubeDrag on what they have in proportion to speed; UniformFlow acts on
+    every force of the fluid, those three included; so the order of the list does not matter. What states a coefficient of contact
+    (Friction) acts before what changes one (ViscousFriction). Buoyancy is the weight of the displaced fluid: where gravity is
+    tilted, it is too. InputError where something is not an effect, or a modifier away from its null value has nothing to act on.
     """
     effects = list(effects)
     for effect in effects:
@@ -199,7 +202,7 @@ def compose(effects) -> tuple[Effect, ...]:
     drags = tuple(effect for effect in effects if isinstance(effect, Drag))
     for k, effect in enumerate(effects):
         if isinstance(effect, DragModifier) and not isinstance(effect, UniformFlow):
-            effects[k] = _bound(effect, drags)
+            effects[k] = _bound(effect, tuple(drag for drag in drags if isinstance(drag, effect.acts_on)))
     felt = tuple(effect for effect in effects if isinstance(effect, FluidForce) and not isinstance(effect, UniformFlow))
     for k, effect in enumerate(effects):
         if isinstance(effect, UniformFlow):
@@ -214,5 +217,7 @@ def _bound(modifier, candidates):
         return modifier
     absent = all(getattr(modifier, name) == known.null for name, known in parameters(modifier).items() if known.null is not None)
     if not candidates and not absent:
-        raise InputError(f"{name_of(modifier)} changes a drag, but the model has none; add quadratic_drag or linear_drag")
+        viscous = issubclass(modifier.acts_on, ViscousDrag)
+        kind, which = (" in proportion to speed", "sphere_drag, stokes_drag") if viscous else ("", "quadratic_drag")
+        raise InputError(f"{name_of(modifier)} changes a drag{kind}, but the model has none; add {which} or linear_drag")
     return replace(modifier, through=candidates)

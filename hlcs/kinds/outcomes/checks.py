@@ -3,6 +3,7 @@
 import numpy as np
 
 from hlcs.data.bodies import SHAPES, impossible_density, refuse_unsized
+from hlcs.data.combinations import too_narrow
 from hlcs.data.free_falls import remedy
 from hlcs.data.quantities import NEEDED_INPUTS, OUTCOMES
 from hlcs.data.rigid_body import rigid_body
@@ -50,7 +51,7 @@ def check_table(file, table, own=()):
     for row, setup in enumerate(setups):
         refuse_unsized(file.source, setup.body, False, "body")
         rigid_body(setup.body)
-        complaint = impossible_density(setup.body)
+        complaint = impossible_density(setup.body) or too_narrow(setup.body, setup.surroundings)
         if not setup.surroundings.gravity > 0:
             complaint = "gravity is 0; nothing falls, slides or stops without it: give gravity in m/s2, 9.81 on Earth"
         if complaint:

@@ -16,6 +16,7 @@ GIVEN = (
     "gravity_m_s2",
     "fluid_density_kg_m3",
     "fluid_viscosity_pa_s",
+    "tube_radius_m",
     "spin_rad_s",
     "bounce",
 )  # not to be chosen

@@ -9,7 +9,7 @@ from hlcs.data.experiment_file import Body, Surroundings
 from hlcs.data.rigid_body import rigid_body
 from hlcs.effects import candidate, classes
 from hlcs.effects.contract import DataNeed
-from hlcs.selection.eligibility import NEEDS, candidates_for, has_drag, known_body, lacks_drag, with_drag_that_fits
+from hlcs.selection.eligibility import NEEDS, candidates_for, known_body, lacks_drag, with_drag_that_fits
 from hlcs.simulation.model import Model, Term
 from minibullet import effects
 from minibullet.effects.contract import Need
@@ -113,8 +113,13 @@ def test_what_acts_through_a_drag_needs_one():
         candidate(kind, Surroundings(), rigid_body(BALL), True) for kind in (effects.LinearDrag, effects.WallDrag, effects.Magnus)
     )
     alone, both = Model((Term(wall, ()),)), Model((Term(drag, ()), Term(wall, ())))
-    assert lacks_drag(wall, alone) and not lacks_drag(wall, both)
-    assert not lacks_drag(lift, alone) and has_drag(Model(fixed=({"name": "drag_crisis"},)))
+    assert lacks_drag(wall, alone.kinds) and not lacks_drag(wall, both.kinds)
+    assert not lacks_drag(lift, alone.kinds) and not lacks_drag(wall, Model(fixed=({"name": "drag_crisis"},)).kinds)
+
+
+def test_a_tube_needs_a_drag_in_proportion_to_speed():
+    tube = candidate(effects.TubeDrag, Surroundings(fluid_density=1260.0), rigid_body(BALL), True)
+    assert lacks_drag(tube, [effects.QuadraticDrag]) and not lacks_drag(tube, [effects.SphereDrag])
 
 
 def test_what_a_fluid_does_needs_one():

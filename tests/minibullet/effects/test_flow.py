@@ -38,7 +38,7 @@ def test_flow_replaces_velocity_by_relative_velocity_in_every_force_of_the_fluid
 
 def test_modifier_without_a_drag_is_refused_by_name():
     for modifier in (effects.UniformFlow(1.0), effects.OrientationDrag(1.5), effects.WallDrag(1.0), effects.TubeDrag(2.0)):
-        with pytest.raises(InputError, match=f"{effects.name_of(modifier)} changes a drag, but the model has none"):
+        with pytest.raises(InputError, match=f"{effects.name_of(modifier)} changes a drag.*, but the model has none"):
             effects.compose([effects.Gravity(), modifier])
     assert len(effects.compose([effects.UniformFlow()])) == 1
     with pytest.raises(ValueError, match="parentheses"):
@@ -84,17 +84,17 @@ def test_wall_drag_is_faxens_first_order():
 
 
 def test_a_tube_adds_to_the_drag_of_a_creeping_sphere_as_the_exact_solution_has_it():
-    """1.263, 1.680, 2.370 and 3.582 times at a tenth to four tenths of its radius: W. L. Haberman and R. M. Sayre, David Taylor
-    Model Basin Report 1143 (1958); the series in use is cut after the fifth power, which the last one misses by 1 %."""
-    for ratio, times in ((0.1, 1.263), (0.2, 1.680), (0.3, 2.370), (0.4, 3.582)):
+    """1.263, 1.680, 2.371, 3.596 and 5.970 times at a tenth to five tenths of its radius: the table of W. L. Haberman and
+    R. M. Sayre, David Taylor Model Basin Report 1143 (1958), whose closed form is in use; it is 1.7 % small at the last."""
+    for ratio, times in ((0.1, 1.263), (0.2, 1.680), (0.3, 2.371), (0.4, 3.596), (0.5, 5.970)):
         found = acceleration([effects.LinearDrag(1.0), effects.TubeDrag(ratio / 0.1)], ball(velocity=(0, 0, -1)))
-        assert np.allclose(found, [0, 0, times], rtol=0.012)
+        assert np.allclose(found, [0, 0, times], rtol=0.001 if ratio < 0.4 else 0.02)
 
 
 def test_a_tube_adds_to_what_is_in_proportion_to_speed_alone():
-    """The inertia of the fluid feels no walls: of a drag that goes with the square of the speed nothing is added."""
-    body, tube = ball(velocity=(0, 0, -1)), effects.TubeDrag(1.0)
-    for law in (effects.QuadraticDrag(0.5, 1000.0), effects.SphereDrag(1e-3, 1000.0)):
-        added = acceleration([law, tube], body) - acceleration([law], body)
-        creeping = getattr(law, "resistance", lambda bodies: np.zeros(1))(body) / body.mass
-        assert np.allclose(added, [0, 0, 0.263 * creeping[0]], rtol=0.003, atol=1e-15)
+    """The inertia of the fluid feels no walls; to a drag that goes with the square of the speed alone nothing could be added."""
+    body, tube, law = ball(velocity=(0, 0, -1)), effects.TubeDrag(1.0), effects.SphereDrag(1e-3, 1000.0)
+    added = acceleration([law, tube], body) - acceleration([law], body)
+    assert np.allclose(added, [0, 0, 0.263 * law.resistance(body)[0] / body.mass[0]], rtol=0.003, atol=1e-15)
+    with pytest.raises(InputError, match="add sphere_drag, stokes_drag or linear_drag"):
+        acceleration([effects.QuadraticDrag(0.5, 1000.0), tube], body)
