@@ -46,16 +46,16 @@ def kept(search):
     best, *_ = ranked = search.ranked()
     sets = [effects for effects in ranked if effects]
     near = [effects for effects in sets if search.cost(effects) < search.cost(best) + TIED]
-    near += [effects for effects in unsettled(search, sets) if effects not in near]
+    near += [effects for effects in unsettled(search, sets, best) if effects not in near]
     simpler = {few for effects in near for few in search.parts(effects)}
     return near + [effects for effects in sets if effects in simpler and effects not in near]
 
 
-def unsettled(search, sets):
+def unsettled(search, sets, best):
     """Those of the sets of which the best one, which leaves more than noise, explains less than half of what they leave: how many
     residuals count as one is not known yet. In flight, where nothing foresees them from far away; of sets that hold another
     one that other, from which they are foreseen."""
     excess = {} if search.problem.simulator.contact else {effects: search.excess(search.fits[effects]) for effects in sets}
-    least = excess.get(search.ranked()[0], 0.0)
+    least = excess.get(best, 0.0)
     alike = [effects for effects in excess if least > 0 and HELPS * excess[effects] <= least]
     return [effects for effects in alike if not any(few < effects for few in alike)]

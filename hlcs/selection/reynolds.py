@@ -17,7 +17,7 @@ from minibullet.effects.fluid import (
 )
 
 TABLES = "R. Clift, J. R. Grace and M. E. Weber, Bubbles, Drops, and Particles (1978), ch. 5"
-WALLS = "H. Faxen, Ark. Mat. Astron. Fys. 17 (1922) no. 27"
+WALLS = "W. L. Haberman and R. M. Sayre, David Taylor Model Basin Report 1143 (1958)"
 CURVE = "L. Schiller and A. Naumann, Z. VDI 77 (1933) 318"
 
 

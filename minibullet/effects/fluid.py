@@ -69,8 +69,8 @@ class FluidForce(Effect):
 
 
 class Drag(FluidForce):
-    """A force straight against the relative velocity; OrientationDrag
-    and WallDrag modify it. Subclass it for a drag of your own.
+    """A force straight against the relative velocity; OrientationDrag, WallDrag and TubeDrag modify it. Subclass it for a drag of
+    your own.
     """
 
     dissipative = True
