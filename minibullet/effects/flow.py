@@ -156,7 +156,11 @@ class TubeDrag(Viscous, DragModifier):
     through: tuple = ()  # the drags that feel the walls
     plain = "more {fluid} resistance between the walls of a tube"
     formula = "F = (K - 1) D_v, K = (1 - 0.759 q^5)/(1 - 2.105 q + 2.087 q^3 - 1.707 q^5 + 0.726 q^6), q = c r"
-    symbols = {"D_v": "part of the drag in proportion to speed [N]", "K": "what the tube multiplies it by", "q": "of the radii"}
+    symbols = {
+        "D_v": "part of the drag in proportion to speed [N]",
+        "K": "that part in the tube over that without walls [-]",
+        "q": "radius of the body over that of the tube [-]",
+    }
     looks_like = "Large spheres sink too slowly beside small ones, by twice the ratio of their radius to that of the tube."
     confused_with = ("sphere_drag",)
     dissipative = True
