@@ -14,10 +14,12 @@ from typing import NamedTuple
 import numpy as np
 
 from minibullet.contact.gauss_seidel import solve_contact
+from minibullet.contact.islands import find_islands
 from minibullet.contact.problem import DelassusFactors, normal_velocity
 from minibullet.kernels import kernel, leaf
 from minibullet.vectors import length
 
+MOST = 20  # impacts of an island in one step, and one more for each of its bodies: what goes on is left to the resting law
 REBOUND = 0.5  # rebound speed, over acceleration times step, below which a contact rests [-]
 
 
@@ -73,14 +75,20 @@ def next_touch(c, contacts, flight, time_step):
 
 
 @leaf
-def next_impact(contacts, flight, now, time_step):
-    """Time of the earliest impact from ``now`` on whose rebound is not left to the resting contact law, and its contact;
-    -1 if none. What touched before, and was left, stays so until one of its two bodies jumps, whatever others do."""
+def next_rebound(c, contacts, flight, time_step):
+    """When contact c touches next and rebounds, in this step; inf if it does not, or is left to the resting contact law."""
+    touch, rebounds = next_touch(c, contacts, flight, time_step)
+    return touch if rebounds else np.inf
+
+
+@leaf
+def next_impact(linked, moments, now):
+    """The earliest of the moments (m,) from ``now`` on of the contacts ``linked``, and its contact; -1 if none. What touched
+    before, and was left, stays so until one of its two bodies jumps, whatever others do."""
     moment, trigger = np.inf, -1
-    for c in range(len(contacts.gap)):
-        touch, rebounds = next_touch(c, contacts, flight, time_step)
-        if rebounds and now <= touch < moment:
-            moment, trigger = touch, c
+    for c in linked:
+        if now <= moments[c] < moment:
+            moment, trigger = moments[c], c
     return moment, trigger
 
 
@@ -104,20 +112,21 @@ def is_touching(c, contacts, flight, now):
 
 
 @kernel
-def struck_together(trigger, bodies, touching, moving):
-    """The touching contacts that an impact at contact ``trigger`` can reach from body to moving body, in order, (k,)."""
-    reached = np.zeros(len(moving), dtype=np.bool_)
-    struck = np.zeros(len(bodies), dtype=np.bool_)
+def struck_together(trigger, linked, contacts, flight, now, moving):
+    """The touching contacts that an impact at contact ``trigger`` can reach from body to moving body, in the order of ``linked``,
+    the contacts of its island (k,), and which bodies these are (n,)."""
+    bodies, reached = contacts.factors.bodies, np.zeros(len(moving), dtype=np.bool_)
+    struck = np.zeros(len(linked), dtype=np.bool_)
     reached[bodies[trigger, 0]], reached[bodies[trigger, 1]] = moving[bodies[trigger, 0]], moving[bodies[trigger, 1]]
     grown = True
     while grown:
         grown = False
-        for c in range(len(bodies)):
+        for place, c in enumerate(linked):
             a, b = bodies[c, 0], bodies[c, 1]
-            if touching[c] and not struck[c] and (reached[a] or reached[b]):
-                struck[c] = grown = True
+            if (reached[a] or reached[b]) and not struck[place] and (c == trigger or is_touching(c, contacts, flight, now)):
+                struck[place] = grown = True
                 reached[a], reached[b] = reached[a] or moving[a], reached[b] or moving[b]
-    return np.flatnonzero(struck)
+    return linked[struck], reached
 
 
 @leaf
@@ -133,34 +142,47 @@ def solve_impact(struck, contacts, target, impulse, twist):
 
 
 @kernel
-def resolve(contacts, flight, moving, time_step, most):
-    """All impacts of a step, at most so many, the Flight brought up to date: sum of the impulses (m, 3) [N s, contact axes]."""
-    count = len(contacts.gap)
-    now, total, impulse, target = 0.0, np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count)
-    for _ in range(most):
-        now, trigger = next_impact(contacts, flight, now, time_step)
-        if trigger < 0:
-            break
-        before = flight.twist + now * flight.acceleration
-        after = before.copy()
-        touching = np.array([c == trigger or is_touching(c, contacts, flight, now) for c in range(count)])
-        struck = struck_together(trigger, contacts.factors.bodies, touching, moving)
-        for c in struck:
-            target[c] = max(-contacts.restitution[c] * normal_velocity(c, contacts.factors, before), 0.0)
-            impulse[c] = 0.0
-        solve_impact(struck, contacts, target, impulse, after)
-        for c in struck:
-            total[c] += impulse[c]
-            for body in contacts.factors.bodies[c]:
-                flight.since[body] = now if moving[body] else 0.0
-        flight.twist[:] += after - before
-        flight.correction[:] += now * (after - before)
+def resolve(contacts, flight, moving, time_step):
+    """All impacts of a step, island by island, the Flight brought up to date: sum of the impulses (m, 3) [N s, contact axes]."""
+    count, bodies = len(contacts.gap), contacts.factors.bodies
+    total, impulse, target, moments = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count), np.empty(count)
+    before, after = np.zeros_like(flight.twist), np.zeros_like(flight.twist)
+    order, islands = find_islands(bodies, moving)
+    for island in range(len(islands) - 1):
+        linked, now = order[islands[island] : islands[island + 1]], 0.0
+        most = MOST + len(np.unique(bodies[linked]))
+        for c in linked:
+            moments[c] = next_rebound(c, contacts, flight, time_step)
+        for _ in range(most):
+            now, trigger = next_impact(linked, moments, now)
+            if trigger < 0:
+                break
+            struck, reached = struck_together(trigger, linked, contacts, flight, now, moving)
+            for c in struck:
+                for body in bodies[c]:
+                    before[body] = flight.twist[body] + now * flight.acceleration[body]
+                    after[body] = before[body]
+            for c in struck:
+                target[c] = max(-contacts.restitution[c] * normal_velocity(c, contacts.factors, before), 0.0)
+                impulse[c] = 0.0
+            solve_impact(struck, contacts, target, impulse, after)
+            for c in struck:
+                total[c] += impulse[c]
+                for body in bodies[c]:
+                    flight.since[body] = now if moving[body] else 0.0
+                    flight.twist[body] += after[body] - before[body]
+                    flight.correction[body] += now * (after[body] - before[body])
+                    before[body] = after[body]  # a body with several contacts jumps once
+            for c in linked:
+                if reached[bodies[c, 0]] or reached[bodies[c, 1]]:
+                    moments[c] = next_rebound(c, contacts, flight, time_step)
     return total
 
 
 def impact_impulses(contacts, moving, twist, free_twist, time_step):
     """The impulses of the impacts of a step (m, 3), the velocity jump that they give each body and their impact position
-    correction (n, 6), zeros without restitution, and the ``room`` left. At most 20 impacts and one more for each moving body.
+    correction (n, 6), zeros without restitution, and the ``room`` left. At most
+    MOST impacts in an island and one more for each of its bodies.
 
     A body jumps when it is struck, not when the step begins: at the end it lies behind where the later velocity alone would
     have brought it, by impact time times velocity jump. This is the position correction.
@@ -168,5 +190,5 @@ def impact_impulses(contacts, moving, twist, free_twist, time_step):
     if not np.count_nonzero(contacts.restitution):
         return 0.0, 0.0, 0.0, contacts.gap
     flight = Flight(twist.copy(), (free_twist - twist) / time_step, np.zeros_like(twist), np.zeros(len(twist)))
-    impulse = resolve(contacts, flight, moving, time_step, 20 + np.count_nonzero(moving))
+    impulse = resolve(contacts, flight, moving, time_step)
     return impulse, flight.twist - twist, flight.correction, room(contacts, flight, time_step)
