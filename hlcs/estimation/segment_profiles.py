@@ -134,13 +134,15 @@ def along(problem, fit, index, reach, thorough):
     ways = [partial(_first, problem, model, fit.initial_states, thorough) for model in models]
     if thorough:
         ways[GROWN // 2 :: GROWN] = [partial(way, grown=True) for way in ways[GROWN // 2 :: GROWN]]
-    results = problem.batched(ways)
+    results, tried = problem.batched(ways), [{} for _ in models]
     for _ in range(EXCHANGES if thorough else 0):
         before = results
-        results = problem.batched([partial(_exchanged, problem, models, before, at, thorough) for at in range(len(models))])
+        results = problem.batched(
+            [partial(_exchanged, problem, model, before, at, tried[at], thorough) for at, model in enumerate(models)]
+        )
         if all(np.array_equal(old[1], new[1]) for old, new in zip(before, results, strict=True)):
             break
-    results = problem.batched([partial(_shared, problem, models, results, at) for at in range(len(models))])
+    results = problem.batched([partial(_shared, problem, model, results, at, tried[at]) for at, model in enumerate(models)])
     chi2, states = (np.array(part) for part in zip(*results, strict=True))
     return Line(offsets, direction, chi2, states)
 
@@ -152,23 +154,33 @@ def _first(problem, model, states, thorough, grown=False):
     return best([_improved(problem, model, states, everyone, thorough) for states in begun])
 
 
-def _shared(problem, models, results, at):
-    """(chi2, states) at point `at` of a line, the best of what stands at all of them, results: [(chi2, states)]."""
-    everyone = np.arange(len(results[at][0]))
-    others = [states for place, (_, states) in enumerate(results) if place != at]
-    return best([results[at], *((_left(problem, models[at], states, everyone), states) for states in others)])
+def _shared(problem, model, results, at, tried):
+    """(chi2, states) at point `at` of a line, the best of what stands at all of them, results: [(chi2, states)]; tried: chi2 of
+    what was tried there, by segment and state, which grows."""
+    chi2, states = (part.copy() for part in results[at])
+    options = [(segment, state) for _, found in results for segment, state in enumerate(found)]
+    tried |= {(segment, state.tobytes()): left for segment, (left, state) in enumerate(zip(chi2, states, strict=True))}
+    new = {(segment, state.tobytes()): state for segment, state in options if (segment, state.tobytes()) not in tried}
+    if new:
+        owner = np.array([segment for segment, _ in new])
+        left = chi2_over(problem, model, np.array(list(new.values())), owner, dict.fromkeys(owner, slice(None)))
+        tried |= dict(zip(new, left, strict=True))
+    for segment, state in options:
+        if (left := tried[segment, state.tobytes()]) < chi2[segment]:
+            chi2[segment], states[segment] = left, state
+    return chi2, states
 
 
-def _exchanged(problem, models, results, at, thorough):
+def _exchanged(problem, model, results, at, tried, thorough):
     """(chi2, states) at point `at` of a line, the best of what stands at all of them, results: [(chi2, states)], improved there.
 
     Along a line chi2 of a segment bends up or has a kink where it passes to another way; where it lies above the mean of the
     points on both sides, a way was missed, and those from there are improved as well.
     """
-    model, own, options = models[at], results[at][0], [_shared(problem, models, results, at)]
+    own, options = results[at][0], [_shared(problem, model, results, at, tried)]
     if len(better := np.flatnonzero(options[0][0] < own)):
         options.append(_improved(problem, model, options[0][1], better, thorough))
-    beside = results[at - 1 : at + 2 : 2] if 0 < at < len(models) - 1 else []
+    beside = results[at - 1 : at + 2 : 2] if 0 < at < len(results) - 1 else []
     if beside and len(above := np.flatnonzero(own > BUMP + np.mean([chi2 for chi2, _ in beside], axis=0))):
         options += [_improved(problem, model, states, above, thorough) for _, states in beside]
     return best(options)
