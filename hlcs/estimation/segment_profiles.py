@@ -26,7 +26,9 @@ REACH = (
     10.0  # half of the lines after it [standard errors]: chi2 rises by 100, far above what fits of the segments leave (5 to 30)
 )
 LINES = 4  # through a number at most, until a short one has the minimum inside
-GROWN = 3  # at one value of so many initial states are also sought from the samples anew: its neighbours take them over
+GROWN = (
+    3  # at one value of so many initial states are also sought from the samples anew and around: its neighbours take them over
+)
 EXCHANGES = 4  # rounds in which segments try the initial states of the other values
 BUMP = 1.0  # chi2 above the mean of the values on both sides beyond which a minimum was missed, not more than noise may do
 ROUNDS = 4  # steps of the initial states in each of them
@@ -111,8 +113,7 @@ def centred(problem, fit, index, thorough=True):
         inside = reading is not None and line.offsets[0] < reading.offset < line.offsets[-1]
         if inside and short:
             return moved(problem, fit, line, reading.offset, thorough), reading
-        lowest = reading.offset if inside else line.offsets[np.argmin(line.chi2.sum(axis=1))]
-        fit = moved(problem, fit, line, lowest, thorough)
+        fit = moved(problem, fit, line, line.offsets[np.argmin(line.chi2.sum(axis=1))], thorough)
         short, reach = inside, REACH * reading.bare if inside else wide
     return fit, None
 
@@ -120,8 +121,8 @@ def centred(problem, fit, index, thorough=True):
 def along(problem, fit, index, reach, thorough):
     """The Line through a fit on which one number leads, as far as `reach`, and the others follow as chi2 asks them to.
 
-    thorough: are initial states also sought from the samples anew and around those that are missed, and passed on from value to
-    value until none is better?
+    thorough: are initial states also sought from the samples anew and around those that are missed, at one value of GROWN, and
+    passed on from value to value until none is better?
     """
     free, covariance = free_numbers(fit.model)[index], fit.covariance
     ends = [fit.estimate[index] + side * reach for side in (-1, 1)]
@@ -131,15 +132,12 @@ def along(problem, fit, index, reach, thorough):
         covariance[:, index] / covariance[index, index] if covariance[index, index] > 0 else np.eye(len(covariance))[index]
     )
     models = [with_values(fit.model, fit.estimate + offset * direction) for offset in offsets]
-    ways = [partial(_first, problem, model, fit.initial_states, thorough) for model in models]
-    if thorough:
-        ways[GROWN // 2 :: GROWN] = [partial(way, grown=True) for way in ways[GROWN // 2 :: GROWN]]
+    sought = [thorough and at % GROWN == GROWN // 2 for at in range(VALUES)]
+    ways = [partial(_first, problem, model, fit.initial_states, there) for model, there in zip(models, sought, strict=True)]
     results, tried = problem.batched(ways), [{} for _ in models]
     for _ in range(EXCHANGES if thorough else 0):
         before = results
-        results = problem.batched(
-            [partial(_exchanged, problem, model, before, at, tried[at], thorough) for at, model in enumerate(models)]
-        )
+        results = problem.batched([partial(_exchanged, problem, model, before, at, tried[at]) for at, model in enumerate(models)])
         if all(np.array_equal(old[1], new[1]) for old, new in zip(before, results, strict=True)):
             break
     results = problem.batched([partial(_shared, problem, model, results, at, tried[at]) for at, model in enumerate(models)])
@@ -147,11 +145,12 @@ def along(problem, fit, index, reach, thorough):
     return Line(offsets, direction, chi2, states)
 
 
-def _first(problem, model, states, thorough, grown=False):
-    """(chi2, states) of all segments at a point of a line, from these states; grown: and from their first samples."""
+def _first(problem, model, states, sought):
+    """(chi2, states) of all segments at a point of a line, from these states; sought: and from their first samples, with those
+    that are still missed sought around them."""
     everyone = np.arange(len(states))
-    begun = [states, *([grown_states(problem, model, everyone)] if grown else [])]
-    return best([_improved(problem, model, states, everyone, thorough) for states in begun])
+    begun = [states, *([grown_states(problem, model, everyone)] if sought else [])]
+    return best([_improved(problem, model, states, everyone, sought) for states in begun])
 
 
 def _shared(problem, model, results, at, tried):
@@ -171,7 +170,7 @@ def _shared(problem, model, results, at, tried):
     return chi2, states
 
 
-def _exchanged(problem, model, results, at, tried, thorough):
+def _exchanged(problem, model, results, at, tried):
     """(chi2, states) at point `at` of a line, the best of what stands at all of them, results: [(chi2, states)], improved there.
 
     Along a line chi2 of a segment bends up or has a kink where it passes to another way; where it lies above the mean of the
@@ -179,18 +178,18 @@ def _exchanged(problem, model, results, at, tried, thorough):
     """
     own, options = results[at][0], [_shared(problem, model, results, at, tried)]
     if len(better := np.flatnonzero(options[0][0] < own)):
-        options.append(_improved(problem, model, options[0][1], better, thorough))
+        options.append(_improved(problem, model, options[0][1], better))
     beside = results[at - 1 : at + 2 : 2] if 0 < at < len(results) - 1 else []
     if beside and len(above := np.flatnonzero(own > BUMP + np.mean([chi2 for chi2, _ in beside], axis=0))):
-        options += [_improved(problem, model, states, above, thorough) for _, states in beside]
+        options += [_improved(problem, model, states, above) for _, states in beside]
     return best(options)
 
 
-def _improved(problem, model, states, which, thorough):
-    """(chi2, states) after some steps of the segments `which`."""
+def _improved(problem, model, states, which, sought=False):
+    """(chi2, states) after some steps of the segments `which`; sought: and around those that are missed."""
     states = states.copy()
     improve_for(ROUNDS, problem, model, states, dict.fromkeys(which, slice(None)))
-    if thorough:
+    if sought:
         states = searched(problem, model, states, which)
     return _left(problem, model, states, which), states
 
