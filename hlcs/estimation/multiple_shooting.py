@@ -116,8 +116,8 @@ def chi2_over(problem, model, states, owner, stretches):
     with np.errstate(all="ignore"):
         trajectories = problem.simulator.simulate(model, states, owner)
         white = [
-            whiten(problem.recordings[k].whitening, problem.residual(k, trajectory))[stretches[k]]
-            for k, trajectory in zip(owner, trajectories, strict=True)
+            whiten(problem.recordings[k].whitening, residual)[stretches[k]]
+            for k, residual in zip(owner, problem.residuals_of(owner, trajectories), strict=True)
         ]
     return chi2_of(white)
 

@@ -147,28 +147,39 @@ class TrajectoryProblem(Problem):
 
     def residual(self, index, trajectory):
         """Measured - model for one recording, (n_obs,) [m, rad, m/s2]; trajectory: its Motion."""
-        residual = self._difference(index, trajectory)
-        return residual if self.step_change is None else residual - self.step_change[index]
+        return self.residuals_of([index], [trajectory])[0]
+
+    def residuals_of(self, owner, trajectories):
+        """The same of many runs, list; owner: recording of each, in any order."""
+        runs, found = {}, [None] * len(owner)
+        for run, index in enumerate(owner):
+            runs.setdefault(int(index), []).append(run)
+        for index, its in runs.items():
+            for run, difference in zip(its, self._differences(index, [trajectories[run] for run in its]), strict=True):
+                found[run] = difference if self.step_change is None else difference - self.step_change[index]
+        return found
 
     def changes(self, before, after):
         """What trajectories `after` have more than trajectories `before` at the observations, list of (n_i,)."""
-        return [self._difference(k, a) - self._difference(k, b) for k, (a, b) in enumerate(zip(before, after, strict=True))]
+        pairs = (self._differences(k, pair) for k, pair in enumerate(zip(after, before, strict=True)))
+        return [after - before for after, before in pairs]
 
-    def _difference(self, index, trajectory):
+    def _differences(self, index, trajectories):
+        """Measured - model at the observations of one recording for several runs of it, (runs, n_obs)."""
         trial, recording = self.trials[index], self.recordings[index]
-        position, orientation, force = trajectory
-        table = np.empty((len(trial.times), len(CHANNELS)))
-        table[:, :3] = trial.position - position
+        position, orientation, force = zip(*trajectories, strict=True)
+        table = np.empty((len(trajectories), len(trial.times), len(CHANNELS)))
+        table[..., :3] = trial.position - np.stack(position)
         if have_unit(recording.channel, "rad").any():
             seen = np.isfinite(trial.orientation[:, 0])
-            turns = rotations.logarithm(rotations.product(trial.orientation[seen], rotations.conjugate(orientation[seen])))
-            table[seen, 3:6] = continued(turns)
+            there = rotations.conjugate(np.stack(orientation)[:, seen])
+            table[:, seen, 3:6] = continued(rotations.logarithm(rotations.product(trial.orientation[seen], there)))
         if trial.accelerations:
-            table[:, 6:] = trial.accelerations.values - force
+            table[..., 6:] = trial.accelerations.values - np.stack(force)
             if self.summed:
                 read = ~np.isnan(trial.accelerations.values)
-                table[:, 6:] = np.cumsum(np.where(read, table[:, 6:], 0.0), axis=0) / np.sqrt(len(read))
-        return table[recording.sample, recording.channel]
+                table[..., 6:] = np.cumsum(np.where(read, table[..., 6:], 0.0), axis=1) / np.sqrt(len(read))
+        return table[:, recording.sample, recording.channel]
 
     def residuals(self, model, initial_states):
         """Raw residuals of every recording, list of (n_i,)."""
@@ -179,7 +190,8 @@ class TrajectoryProblem(Problem):
         count = len(self.trials)
         with np.errstate(all="ignore"):  # a step may leave what can be; its chi2 is then not finite and it is refused
             trajectories = self.simulator.simulate(model, np.concatenate(options), np.tile(np.arange(count), len(options)))
-        return [[self.residual(k, trajectories[first + k]) for k in range(count)] for first in range(0, len(trajectories), count)]
+        residuals = self.residuals_of(np.tile(np.arange(count), len(options)), trajectories)
+        return [residuals[first : first + count] for first in range(0, len(residuals), count)]
 
     def linearise(self, model, initial_states, only=None):
         """Linearization at this point; with `only`, of the recordings of these indices, and of their initial states alone."""
@@ -213,12 +225,13 @@ class TrajectoryProblem(Problem):
                 perturbed += [shifted(initial_states[k], number, side * step)[None] for side in sides]
                 owner += [k] * len(sides)
         trajectories = self.simulator.simulate(model, np.concatenate(perturbed), np.array(owner))
-        raw = [self.residual(k, trajectory) for k, trajectory in zip(which, trajectories, strict=False)]
+        residuals = self.residuals_of(owner, trajectories)
+        raw = residuals[: len(which)]
         place, state_columns, white = len(which), [], []
         for k, residual in zip(which, raw, strict=True):
             recording, columns = self.recordings[k], []
             for number in recording.unknown:
-                beside = [self.residual(k, trajectory) for trajectory in trajectories[place : place + len(sides)]]
+                beside = residuals[place : place + len(sides)]
                 far = residual if len(sides) == 1 else beside[1]
                 columns.append((far - beside[0]) / (len(sides) * STEPS[number[0]] * self.difference_scale))
                 place += len(sides)
