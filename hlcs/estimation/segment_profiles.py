@@ -113,8 +113,12 @@ def centred(problem, fit, index, thorough=True):
         inside = reading is not None and line.offsets[0] < reading.offset < line.offsets[-1]
         if inside and short:
             return moved(problem, fit, line, reading.offset, thorough), reading
-        fit = moved(problem, fit, line, line.offsets[np.argmin(line.chi2.sum(axis=1))], thorough)
-        short, reach = inside, REACH * reading.bare if inside else wide
+        lowest = int(np.argmin(line.chi2.sum(axis=1)))
+        fit = moved(problem, fit, line, line.offsets[lowest], thorough)
+        if inside:
+            short, reach = True, REACH * reading.bare
+        elif not 0 < lowest < VALUES - 1:  # else it is on both sides of the lowest value, however rough: once more around that
+            short, reach = False, wide
     return fit, None
 
 
