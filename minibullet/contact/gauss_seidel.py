@@ -17,6 +17,7 @@ from minibullet.kernels import leaf
 
 LOOK = 128  # sweeps after which it is asked whether more of them help, and after twice as many again: easy islands are done then
 STALLED = 0.9  # part of the residual that is left since the last look: of slow sweeps at most a half, of a drift all of it
+NEARLY = 1e3  # times the tolerance, to which a drift that stalls is left: what it hands round from corner to corner moves no body
 UNINTERRUPTED = 2_000_000  # contacts solved without a look at Ctrl-C: less than a second [-]
 
 
@@ -105,7 +106,7 @@ def sweep_islands(problem, iterate, free, residual, total, progress, iterations,
             if sweeps >= iterations or (solved and (sweeps > 0 or (squares.error == 0.0 and not resists))):
                 break
             if sweeps >= look:
-                if residual[island] > STALLED * seen:
+                if residual[island] > STALLED * seen and residual[island] <= NEARLY * tolerance:
                     break
                 look, seen = 2 * look, residual[island]
             # as many sweeps as the last ones suggest are needed before the residual is worth its price again

@@ -93,3 +93,24 @@ def test_one_blow_a_step_is_booked_as_an_impulse():
     assert world.contacts.to_dataframe().normal_force[0] / 240 == pytest.approx(2.0 * 1.5 * 2.0, rel=1e-12)
     work = world.last_step.work
     assert work["contact_normal"] == pytest.approx(0.5 * 2.0 * (1.0 - 4.0), rel=1e-12) and abs(work["defect"]) < 1e-12
+
+
+def test_what_a_heap_does_it_does_beside_other_bodies_too():
+    """A dozen cubes that overlap where they are put strike each other until the impacts of a step are used up. What is left to
+    the resting contacts then is a matter of the heap alone, not of forty cubes that fall far away: the same to rounding."""
+
+    def velocities(far):
+        generator = np.random.default_rng(7)
+        world = mb.World([mb.Gravity()], mb.Settings(restitution=0.3, solver="gauss_seidel", iterations=1000))
+        world.add_plane()
+        places = [0.11 * np.array([k // 2 % 2, k % 2, 0]) + [0, 0, 0.1 + 0.12 * (k // 4)] for k in range(12)]
+        places += [np.array([3.0 + k, 0, 0.2]) for k in range(far)]
+        cubes = []
+        for k, place in enumerate(places):
+            shift = [*0.01 * generator.normal(size=2), 0] if k < 12 else [0, 0, 0]
+            turn = mb.rotations.random(generator, 1)[0]
+            cubes.append(world.add(mb.Box(0.1, 0.1, 0.1), density=2300.0, position=place + shift, orientation=turn))
+        world.step(40)
+        return np.array([[*cube.velocity, *cube.angular_velocity] for cube in cubes[:12]])
+
+    np.testing.assert_allclose(velocities(40), velocities(0), atol=1e-9)
