@@ -43,36 +43,30 @@ def differing_from_model(impacts, surroundings):
         if name == "restitution" and (values > 0).all():
             _, _, trend, trend_error = mean_and_trend(values, errors, speeds)
             if trend is not None and trend < -3 * trend_error:
-                exponent, _, _ = power_of_speed(values, errors, speeds)
+                exponent, _ = power_of_speed(values, errors, speeds)
                 candidates["velocity_dependent_restitution"] = {"exponent": exponent, "threshold": 0.0}
     return candidates
 
 
 def power_of_speed(values, errors, speeds):
-    """(exponent k, e_1, its standard error) of restitutions e = e_1 v^-k that fall with the speed v [m/s] (n,); the error is
-    wider where they scatter by more than they say."""
+    """(exponent k, e_1) of restitutions e = e_1 v^-k that fall with the speed v [m/s] (n,)."""
     weights, heights, ways = (values / errors) ** 2, np.log(values), np.log(speeds)
     exponent = float(np.clip(-np.polyfit(ways, heights, 1, w=values / errors)[0], 0.0, 0.3))
-    left, middle = heights + exponent * ways, float(weights @ ways / weights.sum())
-    at_one = float(weights @ left / weights.sum())
-    scatter = max(1.0, float(weights @ (left - at_one) ** 2) / max(len(values) - 2, 1))
-    variance = 1 / weights.sum() + middle**2 / max(float(weights @ (ways - middle) ** 2), 1e-300)
-    return exponent, float(np.exp(at_one)), float(np.exp(at_one) * np.sqrt(scatter * variance))
+    return exponent, float(np.exp(weights @ (heights + exponent * ways) / weights.sum()))
 
 
 def rebounds_shown(impacts, surroundings, drags):
     """[{candidate: {number: value}}] of what impacts show together, where each of its parts may hide another one.
 
-    Rebounds that fall with speed: the restitution of an impact of 1 m/s, where it is not the model's, beside the power; a
+    Rebounds that fall with speed: the restitution of an impact of 1 m/s beside the power, for no power is read without it; a
     restitution that is not the model's, beside each of the drags {candidate: {number: value}} that flights between impacts show.
     """
     shown = differing_from_model(impacts, surroundings)
     power, found = shown.get("velocity_dependent_restitution"), []
     if power is not None:
         readings = (np.array(column) for column in zip(*reliable(impacts, "restitution"), strict=True))
-        _, at_one, error = power_of_speed(*readings)
-        if abs(at_one - surroundings.restitution) > 3 * error:
-            found.append({"restitution": {"coefficient": min(at_one, 1.0)}, "velocity_dependent_restitution": power})
+        at_one = min(power_of_speed(*readings)[1], 1.0)
+        found.append({"restitution": {"coefficient": at_one}, "velocity_dependent_restitution": power})
     rebounds = found or [{"restitution": shown["restitution"]}] if "restitution" in shown else found
     return found + [numbers | {name: its} for numbers in rebounds for name, its in drags.items()]
 

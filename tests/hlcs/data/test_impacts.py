@@ -195,19 +195,17 @@ def test_a_search_begins_with_what_the_impacts_show_where_the_model_has_somethin
     assert differing_from_model(found[:3], Surroundings(floor_height=0.0)) == {}  # three blows are no basis
 
 
-@pytest.mark.parametrize(("at_one", "seen"), [(0.8, False), (0.83, True)])
-def test_impacts_show_the_restitution_at_one_metre_a_second_beside_how_it_falls_with_speed(generator, at_one, seen):
+@pytest.mark.parametrize("at_one", [0.8, 0.83])
+def test_impacts_show_the_restitution_at_one_metre_a_second_beside_how_it_falls_with_speed(generator, at_one):
     """e = e_1 v^-0.05 read to 0.003 at speeds of 1 to 4 m/s, where the file states 0.8; 20 readings tell e_1 to 0.0013. Alone
-    either number hides the other: at e_1 = 0.83 the mean is 0.8."""
+    either number hides the other: at e_1 = 0.83 the mean is 0.8. Whether e_1 is that of the file is for a fit to say."""
     speeds = np.geomspace(1.0, 4.0, 20)
     read = at_one * speeds**-0.05 + 0.003 * generator.standard_normal(20)
     told = {"restitution_error": 0.003, "friction": None, "friction_error": None}
     impacts = [SimpleNamespace(restitution=e, speed=v, **told) for e, v in zip(read, speeds, strict=True)]
-    together = rebounds_shown(impacts, Surroundings(floor_height=0.0, restitution=0.8), {})
-    assert len(together) == seen
-    for shown in together:
-        assert shown["restitution"]["coefficient"] == pytest.approx(0.83, abs=4 * 0.0013)
-        assert shown["velocity_dependent_restitution"]["exponent"] == pytest.approx(0.05, abs=0.01)
+    (shown,) = rebounds_shown(impacts, Surroundings(floor_height=0.0, restitution=0.8), {})
+    assert shown["restitution"]["coefficient"] == pytest.approx(at_one, abs=4 * 0.0013)
+    assert shown["velocity_dependent_restitution"]["exponent"] == pytest.approx(0.05, abs=0.01)
 
 
 def test_a_sample_on_the_wrong_side_of_an_impact_moves_no_restitution():
