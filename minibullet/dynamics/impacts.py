@@ -74,24 +74,6 @@ def next_touch(c, contacts, flight, time_step):
     return touch, -contacts.restitution[c] * (rate + pull * min(touch, time_step)) > undone
 
 
-@leaf
-def next_rebound(c, contacts, flight, time_step):
-    """When contact c touches next and rebounds, in this step; inf if it does not, or is left to the resting contact law."""
-    touch, rebounds = next_touch(c, contacts, flight, time_step)
-    return touch if rebounds else np.inf
-
-
-@leaf
-def next_impact(linked, moments, now):
-    """The earliest of the moments (m,) from ``now`` on of the contacts ``linked``, and its contact; -1 if none. What touched
-    before, and was left, stays so until one of its two bodies jumps, whatever others do."""
-    moment, trigger = np.inf, -1
-    for c in linked:
-        if now <= moments[c] < moment:
-            moment, trigger = moments[c], c
-    return moment, trigger
-
-
 @kernel
 def room(contacts, flight, time_step):
     """How far the last velocity of the step may close each contact [m], (m,): by its gap. One that stays open and rebounds in
@@ -104,29 +86,23 @@ def room(contacts, flight, time_step):
     return result
 
 
-@leaf
-def is_touching(c, contacts, flight, now):
-    """Whether the gap of contact c is closed at this time of the step."""
-    gap, rate, pull = path(c, contacts, flight)
-    return gap + now * (rate + 0.5 * now * pull) <= 1e-9 * contacts.size[c]
-
-
 @kernel
 def struck_together(trigger, linked, contacts, flight, now, moving):
-    """The touching contacts that an impact at contact ``trigger`` can reach from body to moving body, in the order of ``linked``,
-    the contacts of its island (k,), and which bodies these are (n,)."""
-    bodies, reached = contacts.factors.bodies, np.zeros(len(moving), dtype=np.bool_)
-    struck = np.zeros(len(linked), dtype=np.bool_)
+    """Which bodies an impact at contact ``trigger`` reaches, from body to moving body (n,), and the touching contacts on its way,
+    in the order of ``linked``, the contacts of its island (k,)."""
+    bodies, reached, struck = contacts.factors.bodies, np.zeros(len(moving), np.bool_), np.zeros(len(linked), np.bool_)
     reached[bodies[trigger, 0]], reached[bodies[trigger, 1]] = moving[bodies[trigger, 0]], moving[bodies[trigger, 1]]
     grown = True
     while grown:
         grown = False
         for place, c in enumerate(linked):
             a, b = bodies[c, 0], bodies[c, 1]
-            if (reached[a] or reached[b]) and not struck[place] and (c == trigger or is_touching(c, contacts, flight, now)):
-                struck[place] = grown = True
-                reached[a], reached[b] = reached[a] or moving[a], reached[b] or moving[b]
-    return linked[struck], reached
+            if (reached[a] or reached[b]) and not struck[place]:
+                gap, rate, pull = path(c, contacts, flight)
+                if c == trigger or gap + now * (rate + 0.5 * now * pull) <= 1e-9 * contacts.size[c]:
+                    struck[place] = grown = True
+                    reached[a], reached[b] = reached[a] or moving[a], reached[b] or moving[b]
+    return reached, linked[struck]
 
 
 @leaf
@@ -144,45 +120,40 @@ def solve_impact(struck, contacts, target, impulse, twist):
 @kernel
 def resolve(contacts, flight, moving, time_step):
     """All impacts of a step, island by island, the Flight brought up to date: sum of the impulses (m, 3) [N s, contact axes]."""
-    count, bodies = len(contacts.gap), contacts.factors.bodies
+    bodies, count = contacts.factors.bodies, len(contacts.gap)
     total, impulse, target, moments = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count), np.empty(count)
     before, after = np.zeros_like(flight.twist), np.zeros_like(flight.twist)
     order, islands = find_islands(bodies, moving)
     for island in range(len(islands) - 1):
-        linked, now = order[islands[island] : islands[island + 1]], 0.0
-        most = MOST + len(np.unique(bodies[linked]))
-        for c in linked:
-            moments[c] = next_rebound(c, contacts, flight, time_step)
-        for _ in range(most):
-            now, trigger = next_impact(linked, moments, now)
-            if trigger < 0:
+        linked, now, jumped = order[islands[island] : islands[island + 1]], 0.0, moving
+        for _ in range(MOST + len(np.unique(bodies[linked]))):
+            for c in linked:  # the next rebound of a contact changes where one of its bodies jumps, and nowhere else
+                if jumped[bodies[c, 0]] or jumped[bodies[c, 1]]:
+                    touch, rebounds = next_touch(c, contacts, flight, time_step)
+                    moments[c] = touch if rebounds else np.inf
+            ahead = np.where(moments[linked] >= now, moments[linked], np.inf)  # what touched before, and was left, stays so
+            now, trigger = ahead.min(), linked[ahead.argmin()]
+            if now == np.inf:
                 break
-            struck, reached = struck_together(trigger, linked, contacts, flight, now, moving)
+            jumped, struck = struck_together(trigger, linked, contacts, flight, now, moving)
             for c in struck:
                 for body in bodies[c]:
-                    before[body] = flight.twist[body] + now * flight.acceleration[body]
-                    after[body] = before[body]
-            for c in struck:
+                    before[body] = after[body] = flight.twist[body] + now * flight.acceleration[body]
                 target[c] = max(-contacts.restitution[c] * normal_velocity(c, contacts.factors, before), 0.0)
                 impulse[c] = 0.0
             solve_impact(struck, contacts, target, impulse, after)
             for c in struck:
                 total[c] += impulse[c]
-                for body in bodies[c]:
-                    flight.since[body] = now if moving[body] else 0.0
-                    flight.twist[body] += after[body] - before[body]
-                    flight.correction[body] += now * (after[body] - before[body])
-                    before[body] = after[body]  # a body with several contacts jumps once
-            for c in linked:
-                if reached[bodies[c, 0]] or reached[bodies[c, 1]]:
-                    moments[c] = next_rebound(c, contacts, flight, time_step)
+            for body in np.flatnonzero(jumped):
+                flight.since[body] = now
+                flight.twist[body] += after[body] - before[body]
+                flight.correction[body] += now * (after[body] - before[body])
     return total
 
 
 def impact_impulses(contacts, moving, twist, free_twist, time_step):
     """The impulses of the impacts of a step (m, 3), the velocity jump that they give each body and their impact position
-    correction (n, 6), zeros without restitution, and the ``room`` left. At most
-    MOST impacts in an island and one more for each of its bodies.
+    correction (n, 6), zeros without restitution, and the ``room`` left.
 
     A body jumps when it is struck, not when the step begins: at the end it lies behind where the later velocity alone would
     have brought it, by impact time times velocity jump. This is the position correction.
