@@ -26,9 +26,7 @@ REACH = (
     10.0  # half of the lines after it [standard errors]: chi2 rises by 100, far above what fits of the segments leave (5 to 30)
 )
 LINES = 4  # through a number at most, until a short one has the minimum inside
-GROWN = (
-    3  # at one value of so many initial states are also sought from the samples anew and around: its neighbours take them over
-)
+GROWN = 3  # at one value of so many initial states are also sought anew, and around: its neighbours take them over
 EXCHANGES = 4  # rounds in which segments try the initial states of the other values
 BUMP = 1.0  # chi2 above the mean of the values on both sides beyond which a minimum was missed, not more than noise may do
 ROUNDS = 4  # steps of the initial states in each of them
