@@ -87,8 +87,10 @@ def sweep_islands(problem, iterate, free, residual, total, progress, iterations,
     the Progress: where islands are left, after ``UNINTERRUPTED`` contacts, it is to be called again, so that Ctrl-C is heard.
     free: |q|^2 of each contact (m,)."""
     island, sweeps, most_sweeps, work = progress
-    pause, look, seen = work + UNINTERRUPTED, LOOK, np.inf
-    resists = problem.rolling.size > 0 and problem.rolling.max() > 0.0
+    pause, resists, look, seen = work + UNINTERRUPTED, False, LOOK, np.inf
+    for c in range(len(problem.rolling)):
+        if problem.rolling[c, 0] > 0.0 or problem.rolling[c, 1] > 0.0:
+            resists = True
     while island < len(residual):
         first, end = problem.islands[island], problem.islands[island + 1]
         scale = 0.0
