@@ -161,8 +161,8 @@ class TrajectoryProblem(Problem):
 
     def changes(self, before, after):
         """What trajectories `after` have more than trajectories `before` at the observations, list of (n_i,)."""
-        pairs = (self._differences(k, pair) for k, pair in enumerate(zip(after, before, strict=True)))
-        return [after - before for after, before in pairs]
+        missed = (self._differences(k, pair) for k, pair in enumerate(zip(before, after, strict=True)))
+        return [by_before - by_after for by_before, by_after in missed]
 
     def _differences(self, index, trajectories):
         """Measured - model at the observations of one recording for several runs of it, (runs, n_obs)."""
