@@ -16,7 +16,7 @@ from minibullet.contact.rolling import solve_rolling
 from minibullet.kernels import leaf
 
 LOOK = 128  # sweeps after which it is asked whether more of them help, and after twice as many again: easy islands are done then
-STALLED = 0.9  # part of the residual that is left since the last look: of slow sweeps at most a half, of a drift all of it
+STALLED = 0.9  # part of the residual that is left since the last look: a drift leaves all of it
 NEARLY = 1e3  # times the tolerance, to which a drift that stalls is left: what it hands round from corner to corner moves no body
 UNINTERRUPTED = 2_000_000  # contacts solved without a look at Ctrl-C: less than a second [-]
 
