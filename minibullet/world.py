@@ -12,6 +12,7 @@ from minibullet.bodies import ContactLaw
 from minibullet.collision.warm_start import NO_CONTACTS, WarmStart
 from minibullet.contact import exact, gauss_seidel, sequential_impulse
 from minibullet.contact import problem as problems
+from minibullet.contact.islands import find_islands
 from minibullet.dynamics import constraints, depenetration, impacts, integrate, motion_bounds
 from minibullet.dynamics.free_motion import free_motion
 from minibullet.dynamics.inverse_mass import inverse_mass
@@ -180,7 +181,8 @@ class World(Display):
         law = self._law(scene, before, points, factors)
 
         # impacts with restitution first, each at its own moment, and what acts otherwise after them; then the resting contacts
-        contacts = impacts.ImpactContacts(factors, gap, size, law.restitution, law.friction)
+        linked = find_islands(points.bodies, scene.moving)
+        contacts = impacts.ImpactContacts(factors, gap, size, law.restitution, law.friction, *linked)
         impact_impulse, jump, correction, room = impacts.impact_impulses(contacts, scene.moving, before.twist, free_twist, dt)
         if np.count_nonzero(jump):
             later = effect_room.wrenches(self._acting, before._replace(twist=before.twist + jump), self.time)
@@ -188,7 +190,7 @@ class World(Display):
             free_twist, mean_twist, _ = free_motion(before, inverse, wrenches, settings)
         free_twist, mean_twist = free_twist + jump, mean_twist + jump - correction / dt
         rounding = 1e-14 * motion_bound.max(initial=0.0) / dt  # of the largest speed: what double precision leaves
-        problem = constraints.assemble(scene, factors, gap, law, free_twist, room, rounding, dt)
+        problem = constraints.assemble(contacts, law, free_twist, room, rounding, scene.reference_mass, dt)
         solution = self._solve(problem, problems.into_axes(factors.jacobian, points.impulse))  # from last step's impulses
 
         # move: with the mean twist where gaps allow it, else with the final one; overlap is undone without giving velocity.

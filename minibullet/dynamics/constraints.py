@@ -4,7 +4,6 @@ adhesion."""
 import numpy as np
 
 from minibullet.bodies import Contacts
-from minibullet.contact.islands import find_islands
 from minibullet.contact.problem import ContactProblem, DelassusFactors, apply_impulses, into_axes, into_world, relative_velocity
 from minibullet.kernels import kernel, leaf
 from minibullet.vectors import cross
@@ -73,28 +72,28 @@ def describe(bodies, pair, arms, gap, factors, impulse, time_step):
     )
 
 
-def assemble(scene, factors, gap, law, free_twist, room, rounding, time_step):
+def assemble(contacts, law, free_twist, room, rounding, reference_mass, time_step):
     """The contact problem of the step: contacts may close by the room they have (m,) and no more, u_N+ >= -room/dt (the target),
-    which is their gap where nothing was or will be struck; an overlap asks for no velocity. rounding: of velocities [m/s].
+    which is their gap where nothing was or will be struck; an overlap asks for no velocity. contacts: ImpactContacts;
+    rounding: of velocities [m/s]; reference_mass: as in ContactProblem.
 
     Adhesion is a pull along the normal that acts while the surfaces touch, so it belongs to the free twist.
     """
     if np.count_nonzero(law.adhesion):
         free_twist = free_twist.copy()
-        pull = np.zeros((len(gap), 3))
-        pull[:, 0] = np.where(gap <= 1e-4 * scene.contact_size(factors.bodies), -time_step * law.adhesion, 0.0)
-        apply_impulses(factors, pull, free_twist)
-    rolling = np.empty((len(gap), 2))
+        pull = np.zeros((len(room), 3))
+        pull[:, 0] = np.where(contacts.gap <= 1e-4 * contacts.size, -time_step * law.adhesion, 0.0)
+        apply_impulses(contacts.factors, pull, free_twist)
+    rolling = np.empty((len(room), 2))
     rolling[:, 0], rolling[:, 1] = law.rolling_arm, law.spinning_arm
-    order, islands = find_islands(factors.bodies, scene.moving)
     return ContactProblem(
-        factors=factors,
+        factors=contacts.factors,
         target=-np.maximum(room, 0.0) / time_step,
         friction=law.friction,
         rolling=rolling,
         free_twist=free_twist,
-        order=order,
-        islands=islands,
+        order=contacts.order,
+        islands=contacts.islands,
         rounding=rounding,
-        reference_mass=scene.reference_mass,
+        reference_mass=reference_mass,
     )

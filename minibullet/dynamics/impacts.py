@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 
 from minibullet.contact.gauss_seidel import solve_contact
-from minibullet.contact.islands import find_islands
 from minibullet.contact.problem import DelassusFactors, normal_velocity
 from minibullet.kernels import kernel, leaf
 from minibullet.vectors import length
@@ -31,6 +30,8 @@ class ImpactContacts(NamedTuple):
     size: np.ndarray  # radius of the smaller body [m], (m,)
     restitution: np.ndarray  # normal speed after / before the impact [-], (m,)
     friction: np.ndarray  # Coulomb coefficient [-], (m,)
+    order: np.ndarray  # contacts sorted by island (m,)
+    islands: np.ndarray  # first place of each island in order, and the end (i + 1,)
 
 
 class Flight(NamedTuple):
@@ -123,9 +124,8 @@ def resolve(contacts, flight, moving, time_step):
     bodies, count = contacts.factors.bodies, len(contacts.gap)
     total, impulse, target, moments = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count), np.empty(count)
     before, after = np.zeros_like(flight.twist), np.zeros_like(flight.twist)
-    order, islands = find_islands(bodies, moving)
-    for island in range(len(islands) - 1):
-        linked, now, jumped = order[islands[island] : islands[island + 1]], 0.0, moving
+    for island in range(len(contacts.islands) - 1):
+        linked, now, jumped = contacts.order[contacts.islands[island] : contacts.islands[island + 1]], 0.0, moving
         for _ in range(MOST + len(np.unique(bodies[linked]))):
             for c in linked:  # the next rebound of a contact changes where one of its bodies jumps, and nowhere else
                 if jumped[bodies[c, 0]] or jumped[bodies[c, 1]]:

@@ -9,7 +9,9 @@ import minibullet as mb
 from minibullet.bodies import ContactLaw
 from minibullet.collision import manifolds
 from minibullet.collision.warm_start import NO_CONTACTS
+from minibullet.contact.islands import find_islands
 from minibullet.dynamics import constraints
+from minibullet.dynamics.impacts import ImpactContacts
 from minibullet.dynamics.inverse_mass import inverse_mass
 
 
@@ -95,6 +97,12 @@ def touch(world, reach=0.01):
     return SimpleNamespace(pair=pair, arms=arms, normal=arms[:, 6:], gap=gap, on_a=on_a, on_b=on_b, deepest=cache.gap)
 
 
+def step_contacts(scene, factors, gap, law):
+    """The contacts of a step as `constraints.assemble` takes them."""
+    linked = find_islands(factors.bodies, scene.moving)
+    return ImpactContacts(factors, gap, scene.contact_size(factors.bodies), law.restitution, law.friction, *linked)
+
+
 def problem(world, friction=0.5, twist=None, reach=0.01):
     """The contact problem of a world where it stands, free twist and friction as given."""
     found = touch(world, reach)
@@ -102,8 +110,9 @@ def problem(world, friction=0.5, twist=None, reach=0.01):
     inverse = inverse_mass(scene.bodies, mb.rotations.rotation_matrices(scene.bodies.orientation), None)
     factors, none = constraints.contact_factors(found.pair, found.arms, inverse), np.zeros(len(found.gap))
     law = ContactLaw(np.full(len(none), friction), none, none, none, none)
+    contacts = step_contacts(scene, factors, found.gap, law)
     twist = scene.bodies.twist if twist is None else twist
-    return constraints.assemble(scene, factors, found.gap, law, twist, found.gap, 0.0, 1 / 240)
+    return constraints.assemble(contacts, law, twist, found.gap, 0.0, scene.reference_mass, 1 / 240)
 
 
 def block_on_floor(velocity=(0.0, 0.0, 0.0), size=(1.0, 1.0, 1.0), **settings):

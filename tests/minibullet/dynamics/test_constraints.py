@@ -88,6 +88,7 @@ def test_adhesion_pulls_only_where_surfaces_touch():
         none = np.zeros(4)
         law = ContactLaw(none, none, none, none, none + 3.0)
         still = np.zeros_like(plain.free_twist)
-        problem = constraints.assemble(scene, plain.factors, found.gap, law, still, found.gap, 0.0, 1 / 240)
+        contacts = scenes.step_contacts(scene, plain.factors, found.gap, law)
+        problem = constraints.assemble(contacts, law, still, found.gap, 0.0, scene.reference_mass, 1 / 240)
         np.testing.assert_allclose(problem.free_twist[box._row], (0, 0, speed, 0, 0, 0), atol=1e-15)
         assert problem.reference_mass == pytest.approx(2.0)
