@@ -218,8 +218,8 @@ class Simulator:
         for some in partition(range(span.start, span.stop), lengths, MOST_OBSERVED):
             part = track if len(some) == len(samples) else track.subset(some)
             observe = self._through(part.observe, changes, initial_states[some], owner[some])
-            rows = np.arange(max(lengths[some]))
-            times = np.stack([samples[b][np.minimum(rows, lengths[b] - 1)] for b in some])  # the last one again, up to the longest
+            rows = np.arange(max(lengths[some]))  # of the longest; the others have their last time again
+            times = np.stack([samples[b][np.minimum(rows, lengths[b] - 1)] for b in some])
             position, orientation = observe(times)
             force = self._specific_force(part, times, owner[some], [effects[b] for b in some], changes)
             for place, b in enumerate(some):
