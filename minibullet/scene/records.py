@@ -36,11 +36,9 @@ def body(
     if isinstance(shape, type) or not hasattr(shape, "pieces"):
         raise InputError(f"{title}: shape = {shape!r}; it must be a shape such as Box(1, 1, 1)")
     check_volume(title, shape)
-    record = {"shape": shape, "name": name, "fixed": bool(fixed), "group": _group(title, group)}
-    for key, value in zip(STATE, (position, orientation, velocity, angular_velocity), strict=True):
-        record[key] = vector(title, key, value, STATE[key])
-    record["orientation"] = unit(title, record["orientation"])
-    record |= _manners(title, friction, restitution, margin)
+    record = {"shape": shape, "fixed": bool(fixed), "margin": margin}
+    state = dict(zip(STATE, (position, orientation, velocity, angular_velocity), strict=True))
+    record = alike(record, name, group, friction, restitution, **state)
     if fixed:
         if np.any(record["velocity"]) or np.any(record["angular_velocity"]):
             raise InputError(f"{title}: fixed=True with a velocity; a fixed body never moves (leave velocity out)")
@@ -49,6 +47,15 @@ def body(
         record["mass"], tensor = _mass(title, shape, density, mass, inertia)
     record["inertia"], record["frame"] = _principal(title, tensor)
     return record
+
+
+def alike(record, name, group, friction, restitution, **state):
+    """The record of a body like that of another record, in a state of its own: what is the same of both is not checked again."""
+    title = f"body {name!r}"
+    own = {"name": name, "group": _group(title, group)}
+    own |= {key: vector(title, key, state[key], size) for key, size in STATE.items()}
+    own["orientation"] = unit(title, own["orientation"])
+    return record | own | _manners(title, friction, restitution, record["margin"])
 
 
 def plane(normal, height, friction, restitution, name, group):

@@ -68,6 +68,10 @@ class Registry:
         name = f"body {len(self.handles)}" if name is None else str(name)
         return self.wait(Body(self, records.body(shape, name=name, **given)))
 
+    def add_alike(self, handle, name, **given):
+        """Add a body that is like another one, but for what `records.alike` takes."""
+        return self.wait(Body(self, records.alike(handle._record, name, **given)))
+
     def add_plane(self, normal, height, friction, restitution, name, group=None):
         name = f"plane {len(self.handles)}" if name is None else str(name)
         return self.wait(Plane(self, records.plane(normal, height, friction, restitution, name, group)))
