@@ -22,6 +22,7 @@ from hlcs.estimation.multiple_shooting import chi2_over, grown_states, improve_f
 
 VALUES = 9  # of a number, at which all segments are fitted anew: a parabola through them averages what single fits leave
 WIDE = 0.1  # half of the first line of values, part of the plausible range: fits through impacts end so far from the minimum
+SHORTER = 3  # times are the last steps of a walk, which begins with those of such a line
 REACH = (
     10.0  # half of the lines after it [standard errors]: chi2 rises by 100, far above what fits of the segments leave (5 to 30)
 )
@@ -95,6 +96,48 @@ def told_by_data(fit):
     return [place for place, told in enumerate(np.diag(fit.information)) if not told < 1]
 
 
+def descended(problem, fit, index):
+    """The Fit where a number, the others following, has walked down to the least chi2 in long steps, then in short ones, at most
+    as far as its plausible range is wide.
+
+    Each value begins with the initial states of the one before it: through impacts they are found from nearby or not at all.
+    """
+    free, direction, everyone = free_numbers(fit.model)[index], followed(fit, index), np.arange(len(fit.initial_states))
+    width, known = min(free.high - free.low, 1e3), {}  # (chi2, states) at each place, in the short steps
+    short = WIDE * width / (VALUES // 2) / SHORTER
+
+    def look(places, states):
+        ends = {place: fit.estimate[index] + place * short for place in places if place not in known}
+        there = [place for place, end in ends.items() if free.period is not None or free.inside(end) == end]
+        new = [place for place in there if abs(place * short) <= width]
+        ways = [partial(_improved, problem, at(fit, place * short, direction), states, everyone) for place in new]
+        known.update(zip(new, problem.batched(ways), strict=True))
+        return min(known, key=lambda place: known[place][0].sum())
+
+    here = look([0], fit.initial_states)
+    for step in (SHORTER, 1):
+        before = None
+        while here != before:
+            before, here = here, look([here - step, here + step], known[here][1])
+    if {here - 1, here + 1} <= known.keys():
+        before, there, after = (known[place][0].sum() for place in (here - 1, here, here + 1))
+        if 0 < (bend := before - 2 * there + after) < np.inf:
+            here = look([here + 0.5 * (before - after) / bend], known[here][1])
+    model, states = at(fit, here * short, direction), known[here][1]
+    return fit_at(model, states, problem.linearise(model, states), fit.converged)
+
+
+def followed(fit, index):
+    """By how much all numbers of a Fit change with one of them where chi2 leads them, (p,)."""
+    covariance = fit.covariance
+    return covariance[:, index] / covariance[index, index] if covariance[index, index] > 0 else np.eye(len(covariance))[index]
+
+
+def at(fit, offset, direction):
+    """The Model of a Fit at an offset along a direction."""
+    return with_values(fit.model, fit.estimate + offset * direction)
+
+
 def centred(problem, fit, index, thorough=True):
     """(Fit where one number is at the common minimum of all segments, the Reading there or None where none is found).
 
@@ -115,6 +158,8 @@ def centred(problem, fit, index, thorough=True):
         fit = moved(problem, fit, line, line.offsets[lowest], thorough)
         if inside:
             short, reach = True, REACH * reading.bare
+        elif not thorough:  # the states of the middle of a line do not lead as far as that
+            fit, short, reach = descended(problem, fit, index), False, wide
         elif not 0 < lowest < VALUES - 1:  # else it is on both sides of the lowest value, however rough: once more around that
             short, reach = False, wide
     return fit, None
@@ -126,23 +171,20 @@ def along(problem, fit, index, reach, thorough):
     thorough: are initial states also sought from the samples anew and around those that are missed, at one value of GROWN, and
     passed on from value to value until none is better?
     """
-    free, covariance = free_numbers(fit.model)[index], fit.covariance
+    free, direction = free_numbers(fit.model)[index], followed(fit, index)
     ends = [fit.estimate[index] + side * reach for side in (-1, 1)]
     ends = ends if free.period is not None else [free.inside(end) for end in ends]
     offsets = np.linspace(*ends, VALUES) - fit.estimate[index]
-    direction = (
-        covariance[:, index] / covariance[index, index] if covariance[index, index] > 0 else np.eye(len(covariance))[index]
-    )
-    models = [with_values(fit.model, fit.estimate + offset * direction) for offset in offsets]
-    sought = [thorough and at % GROWN == GROWN // 2 for at in range(VALUES)]
+    models = [at(fit, offset, direction) for offset in offsets]
+    sought = [thorough and place % GROWN == GROWN // 2 for place in range(VALUES)]
     ways = [partial(_first, problem, model, fit.initial_states, there) for model, there in zip(models, sought, strict=True)]
     results, tried = problem.batched(ways), [{} for _ in models]
     for _ in range(EXCHANGES if thorough else 0):
         before = results
-        results = problem.batched([partial(_exchanged, problem, model, before, at, tried[at]) for at, model in enumerate(models)])
+        results = problem.batched([partial(_exchanged, problem, model, before, k, tried[k]) for k, model in enumerate(models)])
         if all(np.array_equal(old[1], new[1]) for old, new in zip(before, results, strict=True)):
             break
-    results = problem.batched([partial(_shared, problem, model, results, at, tried[at]) for at, model in enumerate(models)])
+    results = problem.batched([partial(_shared, problem, model, results, k, tried[k]) for k, model in enumerate(models)])
     chi2, states = (np.array(part) for part in zip(*results, strict=True))
     return Line(offsets, direction, chi2, states)
 
@@ -234,6 +276,6 @@ def read(line, freedom):
 def moved(problem, fit, line, offset, thorough):
     """The Fit at an offset on a Line, from the initial states of its nearest point; thorough: as of `along`."""
     nearest = int(np.argmin(np.abs(line.offsets - offset)))
-    model, states = with_values(fit.model, fit.estimate + offset * line.direction), line.states[nearest]
+    model, states = at(fit, offset, line.direction), line.states[nearest]
     _, states = _improved(problem, model, states, np.arange(len(states)), thorough)
     return fit_at(model, states, problem.linearise(model, states), fit.converged)

@@ -5,8 +5,9 @@ import pytest
 from experiments import measured
 from tosses import write_tosses
 
+from hlcs.estimation.fitting import fit_at
 from hlcs.estimation.multiple_shooting import chi2_over
-from hlcs.estimation.segment_profiles import ALONE, Line, along, best, profiled, read
+from hlcs.estimation.segment_profiles import ALONE, Line, along, best, descended, profiled, read
 from hlcs.kinds.trajectories.preparation import prepare
 from hlcs.selection.eligibility import candidates_for
 from hlcs.simulation.model import Term
@@ -64,13 +65,30 @@ def test_each_segment_takes_the_initial_state_that_is_best_for_it():
     assert list(chi2) == [1.0, 3.0] and list(states[:, 0]) == [0.0, 1.0]
 
 
+def with_friction(prepared, recordings, value):
+    """The model of a Prepared with a friction to be fitted, at this value."""
+    (friction,) = candidates_for(recordings, True, ["friction"], ())[0]
+    return prepared.base.model.with_term(Term(friction, (("coefficient", value),)))
+
+
+def test_a_number_walks_to_its_minimum_from_far_away(tmp_path):
+    """Recorded with 0.2, begun at 0.5: each value begins with the initial states of the one before. A walk ends within one of its
+    short steps, a twelfth of a tenth of the range of 1.5, and what two tosses tell, some 0.01."""
+    recordings = measured(write_tosses(tmp_path, [1.8, 1.5], seconds=0.6))
+    prepared = prepare(recordings)
+    model, states = with_friction(prepared, recordings, 0.5), prepared.base.initial_states
+    begun = fit_at(model, states, prepared.problem.linearise(model, states))
+    fit = descended(prepared.problem, begun, 0)
+    assert fit.estimate[0] == pytest.approx(0.2, abs=0.0125 + 0.01)
+    assert fit.chi2 < begun.chi2
+
+
 def test_along_a_line_no_segment_does_better_with_what_stands_at_another_value(tmp_path):
     """So what differs between two values is not which way of the body was found at each. The last digit of the value, grown from
     impact to impact, moves chi2 by 2e-7."""
     recordings = measured(write_tosses(tmp_path, [1.8, 1.5], seconds=0.6))
     prepared = prepare(recordings)
-    problem, (friction,) = prepared.problem, candidates_for(recordings, True, ["friction"], ())[0]
-    model = prepared.base.model.with_term(Term(friction, (("coefficient", 0.25),)))
+    problem, model = prepared.problem, with_friction(prepared, recordings, 0.25)
     fit = problem.fit(model, prepared.base.initial_states)
     line = along(problem, fit, 0, 0.02, thorough=True)
     everyone = np.arange(len(problem.trials))
@@ -85,8 +103,7 @@ def test_the_friction_of_a_cut_toss_is_found_from_afar(tmp_path):
     """Recorded with 0.2, begun at 0.3; twice the half-width of the 90 % interval is not exceeded once in 1000."""
     recordings = measured(write_tosses(tmp_path, [1.8, 1.5]))
     prepared = prepare(recordings)
-    (friction,) = candidates_for(recordings, True, ["friction"], ())[0]
-    model = prepared.base.model.with_term(Term(friction, (("coefficient", 0.3),)))
+    model = with_friction(prepared, recordings, 0.3)
     fit = profiled(prepared.problem, prepared.problem.fit(model, prepared.base.initial_states))
     assert not fit.withheld
     assert abs(fit.estimate[0] - 0.2) < 2 * 1.645 * np.sqrt(fit.covariance[0, 0])
