@@ -197,33 +197,33 @@ def _first(problem, model, states, sought):
     return best([_improved(problem, model, states, everyone, sought) for states in begun])
 
 
-def _shared(problem, model, results, at, tried):
-    """(chi2, states) at point `at` of a line, the best of what stands at all of them, results: [(chi2, states)]; tried: chi2 of
-    what was tried there, by segment and state, which grows."""
-    chi2, states = (part.copy() for part in results[at])
-    options = [(segment, state) for _, found in results for segment, state in enumerate(found)]
+def _shared(problem, model, results, place, tried):
+    """(chi2, states) at a place of a line, the best of what stands at all of them, results: [(chi2, states)]; tried: chi2 of what
+    was tried there, by segment and state, which grows."""
+    chi2, states = (part.copy() for part in results[place])
+    options = {(segment, state.tobytes()): state for _, found in results for segment, state in enumerate(found)}
     tried |= {(segment, state.tobytes()): left for segment, (left, state) in enumerate(zip(chi2, states, strict=True))}
-    new = {(segment, state.tobytes()): state for segment, state in options if (segment, state.tobytes()) not in tried}
+    new = {which: state for which, state in options.items() if which not in tried}
     if new:
         owner = np.array([segment for segment, _ in new])
         left = chi2_over(problem, model, np.array(list(new.values())), owner, dict.fromkeys(owner, slice(None)))
         tried |= dict(zip(new, left, strict=True))
-    for segment, state in options:
-        if (left := tried[segment, state.tobytes()]) < chi2[segment]:
-            chi2[segment], states[segment] = left, state
+    for which, state in options.items():
+        if (left := tried[which]) < chi2[which[0]]:
+            chi2[which[0]], states[which[0]] = left, state
     return chi2, states
 
 
-def _exchanged(problem, model, results, at, tried):
-    """(chi2, states) at point `at` of a line, the best of what stands at all of them, results: [(chi2, states)], improved there.
+def _exchanged(problem, model, results, place, tried):
+    """(chi2, states) at a place of a line, the best of what stands at all of them, results: [(chi2, states)], improved there.
 
     Along a line chi2 of a segment bends up or has a kink where it passes to another way; where it lies above the mean of the
     points on both sides, a way was missed, and those from there are improved as well.
     """
-    own, options = results[at][0], [_shared(problem, model, results, at, tried)]
+    own, options = results[place][0], [_shared(problem, model, results, place, tried)]
     if len(better := np.flatnonzero(options[0][0] < own)):
         options.append(_improved(problem, model, options[0][1], better))
-    beside = results[at - 1 : at + 2 : 2] if 0 < at < len(results) - 1 else []
+    beside = results[place - 1 : place + 2 : 2] if 0 < place < len(results) - 1 else []
     if beside and len(above := np.flatnonzero(own > BUMP + np.mean([chi2 for chi2, _ in beside], axis=0))):
         options += [_improved(problem, model, states, above) for _, states in beside]
     return best(options)

@@ -145,12 +145,9 @@ class TrajectoryProblem(Problem):
         known = zip(self.trials, self.simulator.start_time, self.simulator.seated, self.lies_flat, strict=True)
         return np.array([initial_guess(*trial, self.simulator.contact) for trial in known])
 
-    def residual(self, index, trajectory):
-        """Measured - model for one recording, (n_obs,) [m, rad, m/s2]; trajectory: its Motion."""
-        return self.residuals_of([index], [trajectory])[0]
-
     def residuals_of(self, owner, trajectories):
-        """The same of many runs, list; owner: recording of each, in any order."""
+        """Measured - model at the observations of runs, list of (n_obs,) [m, rad, m/s2]; trajectories: their Motions; owner:
+        recording of each, in any order."""
         runs, found = {}, [None] * len(owner)
         for run, index in enumerate(owner):
             runs.setdefault(int(index), []).append(run)

@@ -17,7 +17,7 @@ from minibullet.kernels import leaf
 
 LOOK = 128  # sweeps after which it is asked whether more of them help, and after twice as many again: easy islands are done then
 STALLED = 0.9  # part of the residual that is left since the last look: a drift leaves all of it
-NEARLY = 1e4  # times the tolerance, to which a drift is left: in 1,000 sweeps more it comes no nearer to the exact solution
+NEARLY = 1e4  # times the tolerance, to which a drift is left: in 1,000 sweeps more it comes hardly nearer to the exact solution
 UNINTERRUPTED = 2_000_000  # contacts solved without a look at Ctrl-C: less than a second [-]
 
 

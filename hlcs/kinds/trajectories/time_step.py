@@ -98,7 +98,7 @@ def each_in_its_steps(problem, fit):
     simulator, states, asked = problem.simulator, fit.initial_states.copy(), np.arange(len(problem.trials))
     while len(asked):
         coarse, fine = (simulator.simulate(fit.model, states[asked], asked, simulator.time_step * share) for share in (1, 0.5))
-        changes = [problem.residual(k, a) - problem.residual(k, b) for k, a, b in zip(asked, coarse, fine, strict=True)]
+        changes = [a - b for a, b in zip(*(problem.residuals_of(asked, runs) for runs in (coarse, fine)), strict=True)]
         left = [2 * in_sigma([change], [problem.recordings[k]]) for k, change in zip(asked, changes, strict=True)]
         shorter = simulator.time_step / 2.0 ** (simulator.halvings[asked] + 1) >= FINEST
         asked = asked[shorter & (np.array(left) > NEAR)]

@@ -54,8 +54,8 @@ def test_no_friction_outside_the_cone():
 
 def test_sweeps_that_only_hand_a_load_round_from_corner_to_corner_end_early():
     """Four corners of a face share a load that three could bear: from impulses of last step each sweep hands on the same share,
-    for thousands of sweeps, and the block moves the same. It is left where the twist is right to a thousand tolerances: that is
-    what a residual of so much may cost of its largest velocity. A tolerance that forbids this has all the sweeps."""
+    for thousands of sweeps, and the block moves the same: here to a thousand tolerances, what a residual of so much may cost of
+    its largest velocity. It is left within ten thousand of them. A tolerance that forbids this has all the sweeps."""
     generator = np.random.default_rng(0)
     world = mb.World()
     world.add_plane()
