@@ -51,7 +51,8 @@ def test_each_segment_has_the_step_that_it_needs(monkeypatch):
     errors, simulator = np.array([2.9, 3.1, 11.9, 1000.0]), SimpleNamespace(time_step=1 / 240, halvings=np.zeros(4, int))
     simulator.simulate = lambda model, states, asked, step: errors[asked] * 240 * step / 2.0 ** simulator.halvings[asked]
     problem = SimpleNamespace(simulator=simulator, trials=[None] * 4, recordings=[None] * 4)
-    problem.residual, problem.fit = lambda k, seen: np.array([seen]), lambda model, states: "fitted anew"
+    problem.residuals_of = lambda owner, runs: [np.array([seen]) for seen in runs]
+    problem.fit = lambda model, states: "fitted anew"
     fit = SimpleNamespace(model=None, initial_states=np.zeros((4, 13)))
     assert each_in_its_steps(problem, fit) == "fitted anew"
     assert simulator.halvings.tolist() == [0, 1, 2, 3]
