@@ -146,3 +146,18 @@ def test_a_group_that_is_no_number_is_refused_for_bodies_and_planes_alike(group)
     held = world.add(mb.Sphere(0.1), mass=1.0, position=(1, 0, 0.1), group=1)
     world.step(60)
     assert through.position[2] < -0.1 and abs(held.position[2] - 0.1) < 1e-9
+
+
+def test_a_body_like_another_is_what_it_would_be_if_it_were_added():
+    """Its record is the same in every field, mass and principal moments too, and its state is checked as that of any body."""
+    state = {"position": (1, 2, 3), "orientation": (1, 1, 0, 0), "velocity": (1, 0, 0), "angular_velocity": (0, 2, 0)}
+    manners = {"group": 4, "friction": 0.3, "restitution": None}
+    world, shape = mb.World(), mb.Box(1, 2, 3)
+    first = world.add(shape, mass=2.0, name="first")
+    alike = world.registry.add_alike(first, "other", **manners, **state)._record
+    added = world.add(shape, mass=2.0, name="other", **manners, **state)._record
+    assert alike.keys() == added.keys()
+    for key, value in added.items():
+        np.testing.assert_array_equal(alike[key], value)
+    with pytest.raises(mb.InputError, match="velocity"):
+        world.registry.add_alike(first, "other", **manners, **(state | {"velocity": (np.nan, 0, 0)}))
