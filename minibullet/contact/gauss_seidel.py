@@ -15,9 +15,6 @@ from minibullet.contact.residual import Squares, free_squares, relative_residual
 from minibullet.contact.rolling import solve_rolling
 from minibullet.kernels import leaf
 
-LOOK = 128  # sweeps after which it is asked whether more of them help, and after twice as many again: easy islands are done then
-STALLED = 0.9  # part of the residual that is left since the last look: a drift leaves all of it
-NEARLY = 1e4  # times the tolerance, to which a drift is left: in 1,000 sweeps more it comes hardly nearer to the exact solution
 UNINTERRUPTED = 2_000_000  # contacts solved without a look at Ctrl-C: less than a second [-]
 
 
@@ -87,7 +84,7 @@ def sweep_islands(problem, iterate, free, residual, total, progress, iterations,
     the Progress: where islands are left, after ``UNINTERRUPTED`` contacts, it is to be called again, so that Ctrl-C is heard.
     free: |q|^2 of each contact (m,)."""
     island, sweeps, most_sweeps, work = progress
-    pause, resists, look, seen = work + UNINTERRUPTED, False, LOOK, np.inf
+    pause, resists = work + UNINTERRUPTED, False
     for c in range(len(problem.rolling)):
         if problem.rolling[c, 0] > 0.0 or problem.rolling[c, 1] > 0.0:
             resists = True
@@ -105,10 +102,6 @@ def sweep_islands(problem, iterate, free, residual, total, progress, iterations,
             # the warm start is swept at least once even if it passes: an error that stays the same at every step adds up
             if sweeps >= iterations or (solved and (sweeps > 0 or (squares.error == 0.0 and not resists))):
                 break
-            if sweeps >= look:
-                if residual[island] > STALLED * seen and residual[island] <= NEARLY * tolerance:
-                    break
-                look, seen = 2 * look, residual[island]
             # as many sweeps as the last ones suggest are needed before the residual is worth its price again
             batch = (1 if solved else 2) if sweeps == 0 else (4 if sweeps < 12 else 8)
             for _ in range(min(batch, iterations - sweeps)):
@@ -119,7 +112,7 @@ def sweep_islands(problem, iterate, free, residual, total, progress, iterations,
         total[1] += squares.free
         total[2] += squares.impulse
         total[3] += squares.velocity
-        island, sweeps, most_sweeps, look, seen = island + 1, 0, max(most_sweeps, sweeps), LOOK, np.inf
+        island, sweeps, most_sweeps = island + 1, 0, max(most_sweeps, sweeps)
     return Progress(island, 0, most_sweeps, work)
 
 

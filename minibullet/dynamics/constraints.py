@@ -4,6 +4,7 @@ adhesion."""
 import numpy as np
 
 from minibullet.bodies import Contacts
+from minibullet.contact.faces import FLAT, attainable
 from minibullet.contact.problem import ContactProblem, DelassusFactors, apply_impulses, into_axes, into_world, relative_velocity
 from minibullet.kernels import kernel, leaf
 from minibullet.vectors import cross
@@ -74,8 +75,9 @@ def describe(bodies, pair, arms, gap, factors, impulse, time_step):
 
 def assemble(contacts, law, free_twist, room, rounding, reference_mass, time_step):
     """The contact problem of the step: contacts may close by the room they have (m,) and no more, u_N+ >= -room/dt (the target),
-    which is their gap where nothing was or will be struck; an overlap asks for no velocity. contacts: ImpactContacts;
-    rounding: of velocities [m/s]; reference_mass: as in ContactProblem.
+    which is their gap where nothing was or will be struck; an overlap asks for no velocity, and the corners of a face for what a
+    rigid body can do at all of them. contacts: ImpactContacts; rounding: of velocities [m/s]; reference_mass: as in
+    ContactProblem.
 
     Adhesion is a pull along the normal that acts while the surfaces touch, so it belongs to the free twist.
     """
@@ -88,7 +90,7 @@ def assemble(contacts, law, free_twist, room, rounding, reference_mass, time_ste
     rolling[:, 0], rolling[:, 1] = law.rolling_arm, law.spinning_arm
     return ContactProblem(
         factors=contacts.factors,
-        target=-np.maximum(room, 0.0) / time_step,
+        target=attainable(-np.maximum(room, 0.0) / time_step, contacts.factors, FLAT * contacts.size / time_step),
         friction=law.friction,
         rolling=rolling,
         free_twist=free_twist,

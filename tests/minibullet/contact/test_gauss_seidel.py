@@ -5,7 +5,7 @@ import pytest
 import small_scenes as scenes
 
 import minibullet as mb
-from minibullet.contact import gauss_seidel
+from minibullet.contact import faces, gauss_seidel
 
 
 def solved(problem, **options):
@@ -52,25 +52,23 @@ def test_no_friction_outside_the_cone():
         assert (r[:, 0] >= 0.0).all() and (np.hypot(r[:, 1], r[:, 2]) <= 0.3 * r[:, 0] * (1 + 1e-9)).all()
 
 
-def test_sweeps_that_only_hand_a_load_round_from_corner_to_corner_end_early():
-    """Four corners of a face share a load that three could bear: from impulses of last step each sweep hands on the same share,
-    for thousands of sweeps, and the block moves the same: here to a thousand tolerances, what a residual of so much may cost of
-    its largest velocity. It is left within ten thousand of them. A tolerance that forbids this has all the sweeps."""
-    generator = np.random.default_rng(0)
+def test_the_corners_of_a_face_share_its_load_in_few_sweeps():
+    """Four corners of which two are to close by 1e-6 m/s more than any motion of a rigid body lets them: sweeps hand the load
+    from corner to corner by as little as that, for thousands of them. With targets that a body can attain it is solved in ten."""
+    generator = np.random.default_rng(5)
     world = mb.World()
     world.add_plane()
-    world.add(
-        mb.Box(0.1, 0.1, 0.1),
-        mass=0.37,
-        position=(0, 0, 0.05 + 1e-4 * generator.random()),
-        orientation=mb.rotations.exponential(1e-3 * generator.normal(size=3)),
-        velocity=(*0.4 * generator.normal(size=2), -generator.random()),
-        angular_velocity=3 * generator.normal(size=3),
-    )
+    velocity, spin = (*0.4 * generator.normal(size=2), -0.5), 3 * generator.normal(size=3)
+    world.add(mb.Box(0.1, 0.1, 0.1), mass=0.37, position=(0, 0, 0.05), velocity=velocity, angular_velocity=spin)
     problem = scenes.problem(world)
+    corner = problem.factors.jacobian[:, 0, 0]
+    unlike = problem.target + 1e-6 * np.sign(corner[:, 3] * corner[:, 4])
+    raised = faces.attainable(unlike, problem.factors, np.full(4, 1e-5))
     last = np.abs(generator.normal(size=(4, 3))) * np.array([0.02, 0.0, 0.0])
-    early = gauss_seidel.solve(problem, last, 0 * last, iterations=1000, tolerance=1e-8)
-    all_sweeps = gauss_seidel.solve(problem, last, 0 * last, iterations=1000, tolerance=1e-12)
-    assert early.iterations < 300 and all_sweeps.iterations == 1000
-    assert 1e-8 < early.residual < 1e-5 and len(early.unconverged) == 1
-    np.testing.assert_allclose(early.twist, all_sweeps.twist, atol=1e-5 * np.abs(problem.free_twist).max())
+    handed_on, shared = (
+        gauss_seidel.solve(problem._replace(target=target), last, 0 * last, iterations=1000, tolerance=1e-8)
+        for target in (unlike, raised)
+    )
+    assert handed_on.iterations == 1000 and handed_on.residual > 1e-7
+    assert shared.iterations < 100 and shared.residual <= 1e-8
+    assert (shared.impulse[:, 0] > 0.0).all()

@@ -6,6 +6,7 @@ import small_scenes as scenes
 
 import minibullet as mb
 from minibullet.bodies import ContactLaw
+from minibullet.contact import faces
 from minibullet.contact.block_rows import delassus
 from minibullet.dynamics import constraints
 
@@ -92,3 +93,25 @@ def test_adhesion_pulls_only_where_surfaces_touch():
         problem = constraints.assemble(contacts, law, still, found.gap, 0.0, scene.reference_mass, 1 / 240)
         np.testing.assert_allclose(problem.free_twist[box._row], (0, 0, speed, 0, 0, 0), atol=1e-15)
         assert problem.reference_mass == pytest.approx(2.0)
+
+
+def test_targets_of_a_face_are_raised_to_what_a_rigid_body_can_do():
+    """Eight contacts of two faces on a floor, their targets a plane and 1e-6 m/s of noise: raised, by no more than twice the
+    largest deviation, to velocities that a twist of the body gives at all of them (least squares leave nothing). A face that
+    would have to be raised by more stays as it is."""
+    generator = np.random.default_rng(0)
+    world = mb.World()
+    world.add_plane()
+    for x in (0.0, 3.0):
+        world.add(mb.Box(1, 1, 1), mass=1.0, position=(x, 0, 0.5))
+    factors = scenes.problem(world).factors
+    noise = 1e-6 * generator.standard_normal(8)
+    target = -0.1 - 0.05 * factors.jacobian[:, 0, 0, 3] + 0.02 * factors.jacobian[:, 0, 0, 4] + noise
+    raised = faces.attainable(target, factors, np.full(8, 1e-5))
+    assert (raised >= target).all() and (raised - target).max() < 4e-6
+    for face in np.split(np.arange(8), 2):
+        rows = factors.jacobian[face, 0, 0]
+        twist, *_ = np.linalg.lstsq(rows, raised[face], rcond=None)
+        np.testing.assert_allclose(rows @ twist, raised[face], atol=1e-15)
+        assert np.abs(rows @ np.linalg.lstsq(rows, target[face], rcond=None)[0] - target[face]).max() > 1e-8
+    np.testing.assert_array_equal(faces.attainable(target, factors, np.full(8, 1e-8)), target)

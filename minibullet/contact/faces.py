@@ -1,0 +1,47 @@
+"""Contacts of one face: between the same bodies, along the same normal. Four of them ask for more than three motions can give."""
+
+import numpy as np
+
+from minibullet.kernels import kernel, leaf
+
+FLAT = 3e-6  # of the smaller body's radius, by which corners of a face may be left open, so that all of them touch [-]
+
+
+@leaf
+def same_face(c, d, factors):
+    """Are two contacts between the same bodies, along the same normal?"""
+    m, n = factors.jacobian[c, 0, 0], factors.jacobian[d, 0, 0]
+    a, b = factors.bodies[c], factors.bodies[d]
+    return a[0] == b[0] and a[1] == b[1] and m[0] == n[0] and m[1] == n[1] and m[2] == n[2]
+
+
+@kernel
+def attainable(target, factors, allowed):
+    """Least normal velocities that rigid bodies can have at all contacts of a face together, (m,) [m/s].
+
+    Of four corners one is always too far or too near, by rounding. By Coulomb's law it would open and the others bear its load,
+    and Gauss-Seidel takes thousands of sweeps to hand that over. Targets are raised to a plane over the face, by ``allowed`` (m,)
+    at most.
+    """
+    result, first = target.copy(), 0
+    while first < len(target):
+        end = first + 1
+        while end < len(target) and same_face(first, end, factors):
+            end += 1
+        if end - first > 3:
+            # the plane of least squares over coordinates in the face: arm x normal along the tangents
+            x, y = np.empty(end - first), np.empty(end - first)
+            for k in range(end - first):
+                row, axes = factors.jacobian[first + k, 0, 0], factors.jacobian[first, 0]
+                x[k] = row[3] * axes[1, 0] + row[4] * axes[1, 1] + row[5] * axes[1, 2]
+                y[k] = row[3] * axes[2, 0] + row[4] * axes[2, 1] + row[5] * axes[2, 2]
+            x, y, t = x - x.mean(), y - y.mean(), target[first:end] - target[first:end].mean()
+            xx, xy, yy, xt, yt = (x * x).sum(), (x * y).sum(), (y * y).sum(), (x * t).sum(), (y * t).sum()
+            determinant = xx * yy - xy * xy
+            if determinant > 1e-9 * xx * yy:
+                left = t - ((yy * xt - xy * yt) * x + (xx * yt - xy * xt) * y) / determinant
+                raised = left.max() - left
+                if (raised <= allowed[first:end]).all():
+                    result[first:end] += raised
+        first = end
+    return result
