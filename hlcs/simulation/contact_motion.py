@@ -192,7 +192,7 @@ def _add(world, runs):
             "name": f"run {b}",
             "group": b,
         }
-        if like and runs[b - 1].body is run.body and runs[b - 1].shape is run.shape:  # most are: to check a body takes its time
+        if like is not None and runs[b - 1].body is run.body and runs[b - 1].shape is run.shape:  # to check a body takes its time
             world.registry.add_alike(like, **own)
         else:
             like = world.add(run.shape, mass=run.body.mass, inertia=run.body.tensor, **own)
