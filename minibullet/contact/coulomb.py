@@ -15,6 +15,8 @@ from math import sqrt
 
 from minibullet.kernels import leaf
 
+NOTHING = 1e-100  # velocity times friction below which a load is resisted by none: the squares of its multiplier overflow [m/s]
+
 
 @leaf
 def project_cone(y, friction):
@@ -43,7 +45,7 @@ def solve_coulomb(W, b, friction, guess=-1.0):
     # eliminate the normal row: r_n = -(b_n + W01 r_1 + W02 r_2)/W00 = -(c_n + e_1 r_1 + e_2 r_2), so that u_T = A r_T + c_T
     share = 1.0 / W[0, 0]
     e_1, e_2, f_1, f_2 = share * W[0, 1], share * W[0, 2], share * W[1, 0], share * W[2, 0]
-    if friction <= 0.0:
+    if friction * -b_n <= NOTHING:
         return -share * b_n, 0.0, 0.0
     a11, a12 = W[1, 1] - W[1, 0] * e_1, W[1, 2] - W[1, 0] * e_2
     a21, a22 = W[2, 1] - W[2, 0] * e_1, W[2, 2] - W[2, 0] * e_2

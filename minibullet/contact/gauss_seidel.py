@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from minibullet.contact.coulomb import solve_coulomb
+from minibullet.contact.coulomb import NOTHING, solve_coulomb
 from minibullet.contact.problem import Iterate, apply_impulses, velocity_along
 from minibullet.contact.residual import Squares, free_squares, relative_residual, squares_of
 from minibullet.contact.rolling import solve_rolling
@@ -57,7 +57,7 @@ def solve_contact(c, factors, target, friction, impulse, twist):
         u_1 - W[1, 0] * old_n - W[1, 1] * old_1 - W[1, 2] * old_2,
         u_2 - W[2, 0] * old_n - W[2, 1] * old_1 - W[2, 2] * old_2,
     )
-    guess = sqrt(u_1 * u_1 + u_2 * u_2) / limit if limit > 0.0 else -1.0
+    guess = sqrt(u_1 * u_1 + u_2 * u_2) / limit if limit * W[0, 0] > NOTHING else -1.0
     new_n, new_1, new_2 = solve_coulomb(W, b, friction[c], guess)
     d_n, d_1, d_2 = new_n - old_n, new_1 - old_1, new_2 - old_2
     impulse[c, 0], impulse[c, 1], impulse[c, 2] = new_n, new_1, new_2

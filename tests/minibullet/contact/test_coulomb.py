@@ -56,6 +56,14 @@ def test_local_solve_take_off_stick_slide():
     assert solve_coulomb(unit, (-1.0, 3.0, 4.0), 0.5) == pytest.approx((1.0, -0.3, -0.4), abs=1e-15)
 
 
+@pytest.mark.parametrize("approach", [5e-324, 1e-310, 1e-200, 1e-101, 1e-99])
+def test_a_load_that_dies_away_stays_a_number(approach):
+    """Sweeps halve a load until it underflows. Sliding at 3 m/s it is resisted by half of it at most, and by a number."""
+    for guess in (-1.0, 1e90):
+        r = np.array(solve_coulomb(np.eye(3), (-approach, 3.0, 0.0), 0.5, guess))
+        assert r[0] == pytest.approx(approach, rel=1e-14, abs=0.0) and -0.5 * r[0] <= r[1] <= 0.0 and r[2] == 0.0
+
+
 def test_local_solve_is_isotropic():
     """Friction opposes slip in every direction: turning the tangents turns the answer, to rounding."""
     for heading in np.linspace(0.0, 6.0, 13):
