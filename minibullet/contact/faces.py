@@ -4,7 +4,7 @@ import numpy as np
 
 from minibullet.kernels import kernel, leaf
 
-FLAT = 3e-6  # of the smaller body's radius, by which corners of a face may be left open, so that all of them touch [-]
+FLAT = 3e-6  # of the smaller body's radius, by which corners of a face may be moved, so that all of them touch [-]
 
 
 @leaf
@@ -17,11 +17,11 @@ def same_face(c, d, factors):
 
 @kernel
 def attainable(target, factors, allowed):
-    """Least normal velocities that rigid bodies can have at all contacts of a face together, (m,) [m/s].
+    """Normal velocities, none above zero, that rigid bodies can have at all contacts of a face together, (m,) [m/s].
 
     Of four corners one is always too far or too near, by rounding. By Coulomb's law it would open and the others bear its load,
-    and Gauss-Seidel takes thousands of sweeps to hand that over. Targets are raised to a plane over the face, by ``allowed`` (m,)
-    at most.
+    and Gauss-Seidel takes thousands of sweeps to hand that over. Targets (m,), none above zero, are moved to a plane over the
+    face, by ``allowed`` (m,) at most.
     """
     result, first = target.copy(), 0
     while first < len(target):
@@ -40,8 +40,9 @@ def attainable(target, factors, allowed):
             determinant = xx * yy - xy * xy
             if determinant > 1e-9 * xx * yy:
                 left = t - ((yy * xt - xy * yt) * x + (xx * yt - xy * xt) * y) / determinant
-                raised = left.max() - left
-                if (raised <= allowed[first:end]).all():
-                    result[first:end] += raised
+                moved = left.max() - left
+                moved -= max(0.0, (target[first:end] + moved).max())  # nothing is pushed apart
+                if (np.abs(moved) <= allowed[first:end]).all():
+                    result[first:end] = np.minimum(target[first:end] + moved, 0.0)
         first = end
     return result

@@ -62,12 +62,12 @@ def test_the_corners_of_a_face_share_its_load_in_few_sweeps():
     world.add(mb.Box(0.1, 0.1, 0.1), mass=0.37, position=(0, 0, 0.05), velocity=velocity, angular_velocity=spin)
     problem = scenes.problem(world)
     corner = problem.factors.jacobian[:, 0, 0]
-    unlike = problem.target + 1e-6 * np.sign(corner[:, 3] * corner[:, 4])
-    raised = faces.attainable(unlike, problem.factors, np.full(4, 1e-5))
+    unlike = problem.target + 1e-6 * (np.sign(corner[:, 3] * corner[:, 4]) - 1)
+    attainable = faces.attainable(unlike, problem.factors, np.full(4, 1e-5))
     last = np.abs(generator.normal(size=(4, 3))) * np.array([0.02, 0.0, 0.0])
     handed_on, shared = (
         gauss_seidel.solve(problem._replace(target=target), last, 0 * last, iterations=1000, tolerance=1e-8)
-        for target in (unlike, raised)
+        for target in (unlike, attainable)
     )
     assert handed_on.iterations == 1000 and handed_on.residual > 1e-7
     assert shared.iterations < 100 and shared.residual <= 1e-8
