@@ -19,12 +19,12 @@ from minibullet.bodies import Bodies
 from minibullet.dynamics.integrate import moved
 from minibullet.effects import AddedMass, contract
 from minibullet.effects.body import force_only
-from minibullet.effects.fluid import Viscous
+from minibullet.effects.fluid import Viscous, length_of
 from minibullet.kernels import leaf
 from minibullet.rotations import rotation_matrices
 from minibullet.vectors import turn, turn_back
 
-STIFF, SHORTEST = 1.0, 2e-3  # h |da/dv| above which steps are too long [-], and a step that is not cut any more [s]
+STIFF = 1.0  # decay of a change of velocity within a step that Runge-Kutta still follows [-]
 SERIES = 2.0  # |z| below which the functions of a decay are summed as series: their recursion loses digits there
 TERMS = 26  # of these series: the last adds less than the last bit
 FIRST, GROWTH = 0.2, 1.3  # first step of a flight, in times of its fastest decay, and how much longer each next one may be [-]
@@ -289,6 +289,42 @@ def accelerations(bodies: Bodies, models, forces):
     return rates
 
 
+def drag_rates(answer, bodies: Bodies, viscous, step):
+    """How fast drags in no proportion to speed let a change of velocity decay: (near the final speed, at first), (n, 1) each
+    [1/s]; zero where no such drag answers within a step [s]. The second is a power of two times 1 / step.
+
+    A drag like u^p decays at p D/u along the velocity and at D/u across it: 1.5 D/u is near enough to both for p from 1 to 2.
+
+    answer: as `accelerations` gives it; viscous: rates of drags in proportion to speed (n, 1) [1/s].
+    """
+    start, spin = (bodies.position, bodies.orientation), np.zeros((len(viscous), 3))
+    still, velocity = answer(0.0, *start, np.zeros_like(bodies.twist))[:, :3], bodies.twist[:, :3]
+
+    def rate_at(velocity):
+        slower = answer(0.0, *start, np.concatenate([velocity, spin], axis=1))[:, :3] - still
+        return 1.5 * length_of(slower) / np.maximum(length_of(velocity), 1e-300)
+
+    pull = length_of(still)
+    heading, speed = still / np.maximum(pull, 1e-300), 1.5 * pull * step / STIFF  # a final speed below this is reached in a step
+    first, final = rate_at(velocity), np.zeros_like(viscous)
+    answers = rate_at(speed * heading) * step > STIFF
+    if answers.any():
+        for _ in range(8):  # each leaves a third of the error of log speed at most
+            slowed = (rate_at(speed * heading) / 1.5 + viscous) * speed
+            speed = speed * (pull / np.maximum(slowed, 1e-300)) ** (1 / 1.5)
+        final = rate_at(speed * heading)
+        final = np.where(answers & (final * step > STIFF) & np.isfinite(final), final, 0.0)
+    first = np.maximum(final, np.where(np.isfinite(first), first, 0.0)) * step
+    return final, np.where(first > STIFF, 2.0 ** np.ceil(np.log2(np.maximum(first, 1.0))), 0.0) / step
+
+
+def first_steps(bodies: Bodies, models, duration, step):
+    """The steps in which n bodies fly, as `step_lengths` has them; models: as `alike` has them of the effects of each."""
+    viscous, others = viscous_rates(bodies, models)
+    _, first = drag_rates(accelerations(bodies, models, others), bodies, viscous, step)
+    return step_lengths(duration, step, float((viscous + first).max(initial=0.0)))
+
+
 def step_lengths(duration, step, fastest):
     """Steps (count,) of `step` [s] that reach to a duration or beyond; short ones first where velocities decay at once.
 
@@ -305,27 +341,29 @@ def step_lengths(duration, step, fastest):
 
 
 def fly(bodies: Bodies, effects, duration, step) -> Track:
-    """Fly n bodies for `duration` [s] or a little longer under the effects (gravity among them), in steps of at most `step` [s]:
-    all of them in the steps that the fastest needs."""
-    track, needed = fly_each(bodies, [tuple(effects)] * len(bodies.mass), duration, step)
-    return track if needed.min() >= step else fly(bodies, effects, duration, needed.min())
+    """Fly n bodies for `duration` [s] or a little longer under the effects (gravity among them), in steps of at most `step`."""
+    return fly_each(bodies, [tuple(effects)] * len(bodies.mass), duration, step)
 
 
-def fly_each(bodies: Bodies, effects, duration, step):
-    """(Track of n bodies that fly for `duration` [s] or a little longer, the steps (n,) that they need [s], `step` at most);
-    effects: a tuple of each body, gravity among them.
+def fly_each(bodies: Bodies, effects, duration, step) -> Track:
+    """The same with effects of each body: a tuple for each, gravity among them.
 
-    Where another acceleration than that of a drag in proportion to speed answers a change of velocity within the step (the drag
-    of a light body in a liquid) a body needs shorter ones: beyond 2.8 / h Runge-Kutta's answer grows without end. It stands still
-    from there on, and is to be flown again; the others fly as they would without it.
+    Where a drag in no proportion to speed answers within a step (that of a light body in a liquid) a decay like its own near the
+    final speed is integrated exactly, and what is left of the drag by Runge-Kutta. That is stable where the decay is more than
+    half of the true one.
     """
     models = alike(effects)
     decay, others = viscous_rates(bodies, models)
-    lengths = step_lengths(duration, step, float(decay.max(initial=0.0)))
-    rates, count, h = accelerations(bodies, models, others), len(lengths), 0.0
-    decay = np.repeat(np.concatenate([decay, np.zeros_like(decay)], axis=1), 3, axis=1)  # of a twist: no spin decays so
+    answer = accelerations(bodies, models, others)
+    beside, first = drag_rates(answer, bodies, decay, step)
+    lengths = step_lengths(duration, step, float((decay + first).max(initial=0.0)))
+    decay, beside = (np.repeat(np.concatenate([part, 0 * part], axis=1), 3, axis=1) for part in (decay + beside, beside))
+    count, h, split = len(lengths), 0.0, bool(beside.any())  # no spin decays so
+
+    def rates(time, x, q, v):
+        return answer(time, x, q, v) + beside * v if split else answer(time, x, q, v)
+
     x, q, v = (np.array(part, dtype=float) for part in (bodies.position, bodies.orientation, bodies.twist))
-    needed = np.full(len(x), float(step))
     record = [np.empty((count + 1, *part.shape)) for part in (x, q, v)]
     times = np.concatenate([[0.0], np.cumsum(lengths)])
     for k in range(count + 1):
@@ -343,24 +381,12 @@ def fly_each(bodies: Bodies, effects, duration, step):
         v3 = half.left * v + h / 2 * half.one * a2
         mean = np.concatenate([v2[:, :3], (v + v2)[:, 3:] / 2], axis=1)
         a3 = rates(t + h / 2, *moved(x, q, mean, h / 2), v3)
-        first, early, late = (np.sqrt(np.sum(part[:, :3] ** 2, axis=1)) for part in (a1, a2 - a1, a3 - a2))
-        stiff = 2 * late / (early + 1e-3 * first + 1e-9)  # h |da/dv|; single components change sign and tell nothing
-        if h > SHORTEST and np.any(stiff > STIFF):
-            shorter = np.maximum(h / np.minimum(np.ceil(2 * stiff), 4.0), SHORTEST)
-            needed = np.where(stiff > STIFF, np.minimum(needed, shorter), needed)
-            if np.all(needed < step):
-                for store, value in zip(record, (x, q, v), strict=True):
-                    store[k + 1 :] = value
-                break
-        stopped = (needed < step)[:, None]
         v4 = half.left * v2 + h / 2 * half.one * (2 * a3 - a1)
-        v4 = np.where(stopped, v, v4) if stopped.any() else v4  # beyond its step what a law answers grows without end
         a4 = rates(t + h, *moved(x, q, v3, h), v4)
         # the accelerations as a polynomial of time: a1 + slope s + bend s^2, s from 0 to 1 over the step
         slope, bend = 2 * (a2 + a3) - 3 * a1 - a4, 2 * (a1 + a4 - a2 - a3)
         ahead = moved(x, q, whole.one * v + h * (whole.two * a1 + whole.three * slope + 2 * whole.four * bend), h)
-        ahead = *ahead, whole.left * v + h * (whole.one * a1 + whole.two * slope + 2 * whole.three * bend)
-        x, q, v = (np.where(stopped, *pair) for pair in zip((x, q, v), ahead, strict=True)) if stopped.any() else ahead
+        x, q, v = *ahead, whole.left * v + h * (whole.one * a1 + whole.two * slope + 2 * whole.three * bend)
     position, orientation, twist = record
-    untouched = np.zeros((count, len(needed)), bool)
-    return Track(times, position, twist[..., :3], orientation, twist[..., 3:], untouched), needed
+    untouched = np.zeros((count, len(x)), bool)
+    return Track(times, position, twist[..., :3], orientation, twist[..., 3:], untouched)

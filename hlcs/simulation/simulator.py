@@ -9,12 +9,11 @@ from hlcs.data.rigid_body import rigid_body
 from hlcs.effects.contract import Scene, Setup
 from hlcs.simulation import contact_motion
 from hlcs.simulation.batching import current_task
-from hlcs.simulation.free_flight import alike, fly_each, step_lengths, viscous_rates
+from hlcs.simulation.free_flight import alike, first_steps, fly_each
 from hlcs.simulation.initial_state import fastest_slide, height_on_floor
 from minibullet import rotations
 from minibullet.bodies import Bodies
 from minibullet.effects import Gravity, TiltedGravity
-from minibullet.effects.fluid import ViscousDrag
 from minibullet.errors import InputError
 
 STEP_COST = {False: 300, True: 30}  # with contacts? -> bodies that cost as much as one step costs however few there are
@@ -24,7 +23,6 @@ STEADY = 0.7  # way of a flat body in one step, in heights of its centre above t
 SHORT = 1e-3  # no step is shorter for that [s]: a phone 8 mm high slides at 3 m/s without chatter
 IN_FLIGHT = 1 / 15  # first step of flights [s]: halved as far as the data need it (`kinds.trajectories.time_step`)
 FARTHEST = 2.0  # times what was recorded: so long a run goes on at most, to show what a clock that is late shows
-AT_REST = (0.0,) * 6 + (1.0,) + (0.0,) * 6  # an initial state
 MOST_OBSERVED = 250_000  # samples observed in one go: what that takes on the way is some 300 MB
 
 
@@ -141,7 +139,7 @@ class Simulator:
     def _in_a_flight(self, index, request):
         """[(time step, what runs that fly together have in common, runs)]: the same surroundings, save that floors may differ
         where no effect reads them. A model whose first steps are short flies alone: its steps are not to depend on others."""
-        model, _, owner, time_step = request
+        model, initial_states, owner, time_step = request
         floors_matter = bool({"wall_drag", "ground_cushion"} & set(model.names))
         shared = {}
         for b, who in enumerate(owner):
@@ -150,18 +148,20 @@ class Simulator:
             shared.setdefault(key, []).append(b)
         steps, found = np.ceil(self.durations / self.time_step).astype(int) + 1, []
         for key, members in shared.items():
-            own = index if self._decays_at_once(model, owner[members], time_step or self.time_step) else None
+            own = (
+                index
+                if self._decays_at_once(model, initial_states[members], owner[members], time_step or self.time_step)
+                else None
+            )
             found += [(time_step, (key, own), np.array(part)) for part in partition(members, steps[owner], MOST_FLOWN)]
         return found
 
-    def _decays_at_once(self, model, owner, step):
+    def _decays_at_once(self, model, initial_states, owner, step):
         """Does a drag slow a body so fast that its flight begins with steps shorter than `step` [s]?"""
-        if not any(issubclass(kind, ViscousDrag) for kind in model.kinds):
-            return False
         setups, effects, _ = self._set_up(model, owner)
-        bodies = _flying([rigid_body(setup.body) for setup in setups], np.tile(AT_REST, (len(owner), 1)))
-        rates, _ = viscous_rates(bodies, alike(effects))
-        return len(set(step_lengths(step, step, rates.max()))) > 1
+        bodies = _flying([rigid_body(setup.body) for setup in setups], initial_states)
+        with np.errstate(all="ignore"):
+            return first_steps(bodies, alike(effects), step, step)[0] < step
 
     def _batch(self, requests):
         """Answers to requests that share a time step, all runs in one simulation."""
@@ -180,21 +180,13 @@ class Simulator:
             if its_changes:  # a clock that is late shows what came after
                 latest = self._latest(span, its_changes, samples, initial_states, owner)
                 duration = max(duration, 1.06 * last + 0.05, min(latest, FARTHEST * last))
-        track, needed = self._track(setups, initial_states, owner, effects, duration, step)
+        track = self._track(setups, initial_states, owner, effects, duration, step)
         models = 1 if self.contact else len(requests)  # what acts in flight is asked of each by itself
         self.body_steps += (len(owner) + STEP_COST[self.contact] * models) * (len(track.times) - 1)
-        answers = [
+        return [
             self._observe(track, span, its_changes, samples, initial_states, owner, effects)
             for span, its_changes in zip(spans, changes, strict=True)
         ]
-        for answer, span, (model, *_) in zip(answers, spans, requests, strict=True):
-            for shorter in np.unique(needed[span][needed[span] < step]):  # of flights
-                (again,) = np.nonzero(needed[span] == shorter)
-                runs = span.start + again
-                (motions,) = self._batch([(model, initial_states[runs], owner[runs], float(shorter))])
-                for b, motion in zip(again, motions, strict=True):
-                    answer[b] = motion
-        return answers
 
     def _set_up(self, model, owner):
         """(Setup of every run, effects of every run, changes of what the camera sees) of one request."""
@@ -270,9 +262,7 @@ class Simulator:
         return force
 
     def _track(self, setups, initial_states, owner, effects, duration, step):
-        """(Track of the tracked points, the step that each run needs (B,) [s]), by flight alone or with contacts; effects: of
-        every run."""
-        needed = np.full(len(owner), step)
+        """Track of the tracked points, by flight alone or with contacts; effects: of every run."""
         bodies, centres = [rigid_body(setup.body) for setup in setups], np.array([setup.centre for setup in setups])
         if self.contact:
             initial_states = np.array(
@@ -296,20 +286,19 @@ class Simulator:
             ]
             track = contact_motion.simulate(runs, duration, step)
         else:
-            track, needed = _flight(bodies, initial_states, effects, duration, step)
+            track = _flight(bodies, initial_states, effects, duration, step)
         if off_centre:
             arms = rotations.rotate(track.orientation, centres[None])
             track = track._replace(position=track.position - arms, velocity=track.velocity - np.cross(track.spin, arms))
-        return track, needed
+        return track
 
 
 def _flight(bodies, initial_states, effects, duration, step):
-    """(Track of rigid bodies that fly from initial states (B, 13), orientations those of the bodies' own axes, the step that each
-    needs (B,) [s]); effects: of each."""
+    """Track of rigid bodies that fly from initial states (B, 13), orientations those of their own axes; effects: of each."""
     with np.errstate(all="ignore"):  # a run may leave what can be; its chi2 is then not finite and it is refused
-        track, needed = fly_each(_flying(bodies, initial_states), effects, duration, step)
+        track = fly_each(_flying(bodies, initial_states), effects, duration, step)
     back = rotations.conjugate(np.array([body.turn for body in bodies]))
-    return track._replace(orientation=rotations.product(track.orientation, back)), needed
+    return track._replace(orientation=rotations.product(track.orientation, back))
 
 
 def _flying(bodies, initial_states):
