@@ -21,7 +21,7 @@ MOST_IN_A_WORLD = 600  # runs in one World: more are no cheaper together, and ne
 MOST_FLOWN = 2_000_000  # steps of bodies in one flight: what is recorded of them takes 200 MB
 STEADY = 0.7  # way of a flat body in one step, in heights of its centre above the floor: at 1 it begins to chatter [-]
 SHORT = 1e-3  # no step is shorter for that [s]: a phone 8 mm high slides at 3 m/s without chatter
-IN_FLIGHT = 1 / 15  # first step of flights [s]: halved as far as the data need it (`kinds.trajectories.time_step`)
+IN_FLIGHT = 1 / 15  # shortest first step of flights [s]: halved as far as the data need it (`kinds.trajectories.time_step`)
 FARTHEST = 2.0  # times what was recorded: so long a run goes on at most, to show what a clock that is late shows
 MOST_OBSERVED = 250_000  # samples observed in one go: what that takes on the way is some 300 MB
 
@@ -39,6 +39,12 @@ def step_of_reading(trials, seated, step):
             if on_floor:
                 steps.append(max(STEADY * height_on_floor(trial) / max(fastest_slide(trial), 1e-9), SHORT))
     return min(steps)
+
+
+def step_of_flights(trials):
+    """The first time step [s] of flights: as long as it takes from one reading to the next, and no shorter than IN_FLIGHT."""
+    spacings = [float(np.median(np.diff(trial.times))) for trial in trials if len(trial.times) > 1]
+    return max(IN_FLIGHT, min(spacings, default=IN_FLIGHT))
 
 
 class Motion(NamedTuple):
@@ -63,7 +69,8 @@ class Simulator:
         self.start_time = np.asarray(start_time, dtype=float)
         heights = np.concatenate([trial.position[np.isfinite(trial.position[:, 2]), 2] for trial in self.trials])
         self.height_range = (float(heights.min()), float(heights.max())) if len(heights) else (0.0, 1.0)  # of all trials [m]
-        self.time_step = step or step_of_reading(self.trials, self.seated, model.time_step if contact else IN_FLIGHT)  # [s]
+        usual = model.time_step if contact else step_of_flights(self.trials)
+        self.time_step = step or step_of_reading(self.trials, self.seated, usual)  # [s]
         self.durations = durations = np.array([trial.times[-1] for trial in self.trials]) - self.start_time
         self.duration_class = np.zeros(len(durations), int)  # of one class share a World, where all go on as long as the longest
         if any(trial.recording for trial in self.trials):
