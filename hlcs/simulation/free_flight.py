@@ -8,7 +8,6 @@ what Runge-Kutta takes it for (S. M. Cox, P. C. Matthews, J. Comput. Phys. 176 (
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import factorial
 from typing import NamedTuple
 
 import numpy as np
@@ -156,8 +155,27 @@ def euler(rotation, spin, torque, inertia, faster):
         )
 
 
+@leaf
+def functions_of_decay(z, left, found):
+    """Fill in phi_1 to phi_4 (4, n) of decays z (n,), none of them positive: the series near zero, else
+    phi_(j+1) = (phi_j - 1/j!) / z from left = e^z (n,)."""
+    for n in range(len(z)):
+        known, product = left[n], 1.0
+        for j in range(1, 5):
+            if abs(z[n]) < SERIES:
+                series = 1.0
+                for i in range(TERMS, 0, -1):
+                    series = 1.0 + series * z[n] / (i + j)
+                product *= j
+                found[j - 1, n] = series / product
+            else:
+                known = (known - 1.0 / product) / z[n]
+                product *= j
+                found[j - 1, n] = known
+
+
 class Decay(NamedTuple):
-    """What becomes of n velocities that decay at rates k over a step h: z = -k h, phi_j = sum of z^i / (i + j)!, (n, 1) each."""
+    """What becomes of n velocities that decay at rates k over a step h: z = -k h, phi_j = sum of z^i / (i + j)!, as z each."""
 
     left: np.ndarray  # e^z, of a velocity
     one: np.ndarray  # phi_1
@@ -167,16 +185,10 @@ class Decay(NamedTuple):
 
     @classmethod
     def over(cls, z):
-        """The Decay for z (n, 1), none of them positive: series near zero, else phi_(j+1) = (phi_j - 1/j!) / z."""
-        small, far = np.abs(z) < SERIES, np.where(np.abs(z) < SERIES, -1.0, z)
-        found, known = [np.exp(z)], np.exp(far)
-        for j in range(1, 5):
-            series = np.ones_like(z)
-            for i in range(TERMS, 0, -1):
-                series = 1 + series * z / (i + j)
-            known = (known - 1 / factorial(j - 1)) / far
-            found.append(np.where(small, series / factorial(j), known))
-        return cls(*found)
+        """The Decay for z, none of them positive."""
+        left, found = np.exp(z), np.empty((4, *z.shape))
+        functions_of_decay(z.ravel(), left.ravel(), found.reshape(4, -1))
+        return cls(left, *found)
 
 
 class Forces(NamedTuple):
