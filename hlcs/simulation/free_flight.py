@@ -157,21 +157,19 @@ def euler(rotation, spin, torque, inertia, faster):
 
 @leaf
 def functions_of_decay(z, left, found):
-    """Fill in phi_1 to phi_4 (4, n) of decays z (n,), none of them positive: the series near zero, else
-    phi_(j+1) = (phi_j - 1/j!) / z from left = e^z (n,)."""
+    """Fill in phi_1 to phi_4 (4, n) of z (n,): series near zero, else phi_(j+1) = (phi_j - 1/j!) / z from left = e^z (n,)."""
     for n in range(len(z)):
         known, product = left[n], 1.0
         for j in range(1, 5):
+            before, product = product, product * j
             if abs(z[n]) < SERIES:
-                series = 1.0
+                known = 1.0
                 for i in range(TERMS, 0, -1):
-                    series = 1.0 + series * z[n] / (i + j)
-                product *= j
-                found[j - 1, n] = series / product
+                    known = 1.0 + known * z[n] / (i + j)
+                known /= product
             else:
-                known = (known - 1.0 / product) / z[n]
-                product *= j
-                found[j - 1, n] = known
+                known = (known - 1.0 / before) / z[n]
+            found[j - 1, n] = known
 
 
 class Decay(NamedTuple):
@@ -341,8 +339,7 @@ def step_lengths(duration, step, fastest):
     """Steps (count,) of `step` [s] that reach to a duration or beyond; short ones first where velocities decay at once.
 
     fastest: rate of decay [1/s]. Between nodes a motion is taken for a cubic, and a decay from the start is none. The nodes do
-    not depend on the duration: a longer flight is the shorter one gone on with, so that two predictions differ by their models
-    alone.
+    not depend on the duration: a longer flight is the shorter one gone on with, and predictions differ by their models alone.
     """
     first = FIRST / max(fastest, 1e-300)
     growing = first * GROWTH ** np.arange(max(int(np.log(step / first) / np.log(GROWTH)), 0)) if first < step else np.zeros(0)
@@ -361,8 +358,7 @@ def fly_each(bodies: Bodies, effects, duration, step) -> Track:
     """The same with effects of each body: a tuple for each, gravity among them.
 
     Where a drag in no proportion to speed answers within a step (that of a light body in a liquid) a decay like its own near the
-    final speed is integrated exactly, and what is left of the drag by Runge-Kutta. That is stable where the decay is more than
-    half of the true one.
+    final speed is integrated exactly, and what is left by Runge-Kutta: stable where the decay is more than half of the true one.
     """
     models = alike(effects)
     decay, others = viscous_rates(bodies, models)
