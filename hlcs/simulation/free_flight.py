@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hlcs.simulation.batch_effects import holders, rows_of
+from hlcs.simulation.decay import Decay
 from minibullet import rotations
 from minibullet.bodies import Bodies
 from minibullet.dynamics.integrate import moved
@@ -24,8 +25,6 @@ from minibullet.rotations import rotation_matrices
 from minibullet.vectors import turn, turn_back
 
 STIFF = 1.0  # decay of a change of velocity within a step that Runge-Kutta still follows [-]
-SERIES = 2.0  # |z| below which the functions of a decay are summed as series: their recursion loses digits there
-TERMS = 26  # of these series: the last adds less than the last bit
 FIRST, GROWTH = 0.2, 1.3  # first step of a flight, in times of its fastest decay, and how much longer each next one may be [-]
 KINK = 0.1  # difference of accelerations before and after a step above which it may hold a change of contact [m/s2]
 STEADIER = 4.0  # how many times the acceleration must change less on both sides of such a step than in it [-]
@@ -153,40 +152,6 @@ def euler(rotation, spin, torque, inertia, faster):
         faster[n, 0], faster[n, 1], faster[n, 2] = turn(
             rotation[n], ((x + (j - k) * b * c) / i, (y + (k - i) * c * a) / j, (z + (i - j) * a * b) / k)
         )
-
-
-@leaf
-def functions_of_decay(z, left, found):
-    """Fill in phi_1 to phi_4 (4, n) of z (n,): series near zero, else phi_(j+1) = (phi_j - 1/j!) / z from left = e^z (n,)."""
-    for n in range(len(z)):
-        known, product = left[n], 1.0
-        for j in range(1, 5):
-            before, product = product, product * j
-            if abs(z[n]) < SERIES:
-                known = 1.0
-                for i in range(TERMS, 0, -1):
-                    known = 1.0 + known * z[n] / (i + j)
-                known /= product
-            else:
-                known = (known - 1.0 / before) / z[n]
-            found[j - 1, n] = known
-
-
-class Decay(NamedTuple):
-    """What becomes of n velocities that decay at rates k over a step h: z = -k h, phi_j = sum of z^i / (i + j)!, as z each."""
-
-    left: np.ndarray  # e^z, of a velocity
-    one: np.ndarray  # phi_1
-    two: np.ndarray  # phi_2
-    three: np.ndarray  # phi_3
-    four: np.ndarray  # phi_4
-
-    @classmethod
-    def over(cls, z):
-        """The Decay for z, none of them positive."""
-        left, found = np.exp(z), np.empty((4, *z.shape))
-        functions_of_decay(z.ravel(), left.ravel(), found.reshape(4, -1))
-        return cls(left, *found)
 
 
 class Forces(NamedTuple):

@@ -9,7 +9,8 @@ from scipy.integrate import solve_ivp
 
 from hlcs.data.experiment_file import Body, Surroundings
 from hlcs.data.recordings import Trial
-from hlcs.simulation.free_flight import Decay, alike, fly, fly_each, some_of
+from hlcs.simulation.decay import Decay
+from hlcs.simulation.free_flight import alike, fly, fly_each, some_of
 from hlcs.simulation.model import Model
 from minibullet.bodies import Bodies
 from minibullet.effects import AddedMass, Effect, Gravity, LinearDrag, QuadraticDrag, SphereDrag
