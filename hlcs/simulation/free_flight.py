@@ -4,6 +4,7 @@ The forces are those the engine would ask for (`effect.forces`, `effect.added_ma
 of fourth order, so that its error lies far below any measurement and many perturbed starts fly in one batch. A drag in proportion
 to speed is integrated exactly, however strong it is: v' = a - k v has a closed form while a is a polynomial of time, and that is
 what Runge-Kutta takes it for (S. M. Cox, P. C. Matthews, J. Comput. Phys. 176 (2002) 430, ETDRK4; k = 0 is the classical method).
+Of another drag that is too strong for a step, k v near its final speed is taken out and integrated so.
 """
 
 from collections.abc import Callable
@@ -293,11 +294,21 @@ def drag_rates(answer, bodies: Bodies, viscous, step):
     return final, np.where(first > STIFF, 2.0 ** np.ceil(np.log2(np.maximum(first, 1.0))), 0.0) / step
 
 
-def first_steps(bodies: Bodies, models, duration, step):
-    """The steps in which n bodies fly, as `step_lengths` has them; models: as `alike` has them of the effects of each."""
-    viscous, others = viscous_rates(bodies, models)
-    _, first = drag_rates(accelerations(bodies, models, others), bodies, viscous, step)
-    return step_lengths(duration, step, float((viscous + first).max(initial=0.0)))
+class Split(NamedTuple):
+    """Accelerations of n bodies in two parts: decays of their velocities, integrated exactly, and what is left."""
+
+    answer: Callable  # all but the drags in proportion to speed, as `accelerations` has it
+    decay: np.ndarray  # (n, 1) [1/s]
+    beside: np.ndarray  # the part of it that `answer` holds as well (n, 1) [1/s]
+    fastest: float  # of all bodies, at first or later [1/s]
+
+    @classmethod
+    def of(cls, bodies, models, step):
+        """The Split of bodies that fly in steps of so long [s]; models: as `alike` has them of the effects of each."""
+        viscous, others = viscous_rates(bodies, models)
+        answer = accelerations(bodies, models, others)
+        beside, first = drag_rates(answer, bodies, viscous, step)
+        return cls(answer, viscous + beside, beside, float((viscous + first).max(initial=0.0)))
 
 
 def step_lengths(duration, step, fastest):
@@ -325,12 +336,9 @@ def fly_each(bodies: Bodies, effects, duration, step) -> Track:
     Where a drag in no proportion to speed answers within a step (that of a light body in a liquid) a decay like its own near the
     final speed is integrated exactly, and what is left by Runge-Kutta: stable where the decay is more than half of the true one.
     """
-    models = alike(effects)
-    decay, others = viscous_rates(bodies, models)
-    answer = accelerations(bodies, models, others)
-    beside, first = drag_rates(answer, bodies, decay, step)
-    lengths = step_lengths(duration, step, float((decay + first).max(initial=0.0)))
-    decay, beside = (np.repeat(np.concatenate([part, 0 * part], axis=1), 3, axis=1) for part in (decay + beside, beside))
+    answer, decay, beside, fastest = Split.of(bodies, alike(effects), step)
+    lengths = step_lengths(duration, step, fastest)
+    decay, beside = (np.repeat(np.concatenate([part, 0 * part], axis=1), 3, axis=1) for part in (decay, beside))
     count, h, split = len(lengths), 0.0, bool(beside.any())  # no spin decays so
 
     def rates(time, x, q, v):

@@ -9,7 +9,7 @@ from hlcs.data.rigid_body import rigid_body
 from hlcs.effects.contract import Scene, Setup
 from hlcs.simulation import contact_motion
 from hlcs.simulation.batching import current_task
-from hlcs.simulation.free_flight import alike, first_steps, fly_each
+from hlcs.simulation.free_flight import Split, alike, fly_each, step_lengths
 from hlcs.simulation.initial_state import fastest_slide, height_on_floor
 from minibullet import rotations
 from minibullet.bodies import Bodies
@@ -155,12 +155,9 @@ class Simulator:
             shared.setdefault(key, []).append(b)
         steps, found = np.ceil(self.durations / self.time_step).astype(int) + 1, []
         for key, members in shared.items():
-            own = (
-                index
-                if self._decays_at_once(model, initial_states[members], owner[members], time_step or self.time_step)
-                else None
-            )
-            found += [(time_step, (key, own), np.array(part)) for part in partition(members, steps[owner], MOST_FLOWN)]
+            alone = self._decays_at_once(model, initial_states[members], owner[members], time_step or self.time_step)
+            shared_with = key, index if alone else None
+            found += [(time_step, shared_with, np.array(part)) for part in partition(members, steps[owner], MOST_FLOWN)]
         return found
 
     def _decays_at_once(self, model, initial_states, owner, step):
@@ -168,7 +165,7 @@ class Simulator:
         setups, effects, _ = self._set_up(model, owner)
         bodies = _flying([rigid_body(setup.body) for setup in setups], initial_states)
         with np.errstate(all="ignore"):
-            return first_steps(bodies, alike(effects), step, step)[0] < step
+            return step_lengths(step, step, Split.of(bodies, alike(effects), step).fastest)[0] < step
 
     def _batch(self, requests):
         """Answers to requests that share a time step, all runs in one simulation."""

@@ -38,7 +38,7 @@ def attainable(target, factors, allowed):
             x, y, t = x - x.mean(), y - y.mean(), target[first:end] - target[first:end].mean()
             xx, xy, yy, xt, yt = (x * x).sum(), (x * y).sum(), (y * y).sum(), (x * t).sum(), (y * t).sum()
             determinant = xx * yy - xy * xy
-            if determinant > 1e-9 * xx * yy:
+            if determinant > 1e-9 * xx * yy:  # corners on a line have no plane
                 left = t - ((yy * xt - xy * yt) * x + (xx * yt - xy * xt) * y) / determinant
                 moved = left.max() - left
                 moved -= max(0.0, (target[first:end] + moved).max())  # nothing is pushed apart

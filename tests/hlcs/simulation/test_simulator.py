@@ -1,5 +1,7 @@
 """The simulator: shares of a batch, and what becomes of a batch in which one run cannot be."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from experiments import measured
@@ -9,7 +11,7 @@ from tosses import write_tosses
 from hlcs.kinds.trajectories.preparation import prepare
 from hlcs.selection.eligibility import candidates_for
 from hlcs.simulation.model import Model, Term
-from hlcs.simulation.simulator import Simulator, partition
+from hlcs.simulation.simulator import Simulator, partition, step_of_flights
 from minibullet.errors import InputError
 
 
@@ -44,18 +46,26 @@ def test_a_request_at_fault_spoils_its_own_answer_only():
 
 
 def test_models_asked_for_together_fly_as_each_does_alone(tmp_path):
-    """Eight throws: gravity, drags, a scale of time, and a drag whose flight begins with short steps. The same bits, whoever
-    flies beside."""
+    """Eight throws: gravity, drags, a scale of time, and drags whose flights begin with short steps. The same bits, whoever flies
+    beside."""
     measurement = measured(write_throws(tmp_path))
     problem = prepare(measurement).problem
     simulator, owner, states = problem.simulator, np.arange(len(problem.trials)), problem.initial_guess()
     entries = {entry.name: entry for entry in candidates_for(measurement, False)[0]}
     chosen = [("linear_drag", 0.1), ("linear_drag", 0.2), ("quadratic_drag", 0.1), ("time_scale", 1.01), ("linear_drag", 40.0)]
+    chosen += [("quadratic_drag", 2000.0)]
     models = [Model(), *(Model((Term(entries[name], ((entries[name].free[0].name, value),)),)) for name, value in chosen)]
     together = simulator.simulate_all([(model, states, owner, None) for model in models])
     for model, answer in zip(models, together, strict=True):
         for mine, its in zip(simulator.simulate(model, states, owner), answer, strict=True):
             assert np.array_equal(mine.position, its.position)
+
+
+@pytest.mark.parametrize(("spacings", "step"), [((1 / 60, 1.0), 1 / 15), ((1.0, 3.0), 1.0)])
+def test_flights_are_followed_in_steps_as_long_as_between_readings_and_in_no_shorter_ones_than_usual(spacings, step):
+    """Of several recordings the one read most often says it."""
+    trials = [SimpleNamespace(times=spacing * np.arange(9)) for spacing in spacings]
+    assert step_of_flights(trials) == step
 
 
 @pytest.mark.parametrize("offset", [0.2, -0.05, -0.5])
