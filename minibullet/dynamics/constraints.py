@@ -90,7 +90,7 @@ def assemble(contacts, law, free_twist, room, rounding, reference_mass, time_ste
     rolling[:, 0], rolling[:, 1] = law.rolling_arm, law.spinning_arm
     return ContactProblem(
         factors=contacts.factors,
-        target=attainable(-np.maximum(room, 0.0) / time_step, contacts.factors, FLAT * contacts.size / time_step),
+        target=attainable(-np.maximum(room, 0.0) / time_step, contacts.factors, rolling, FLAT * contacts.size / time_step),
         friction=law.friction,
         rolling=rolling,
         free_twist=free_twist,

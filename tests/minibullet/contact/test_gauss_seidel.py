@@ -63,7 +63,7 @@ def test_the_corners_of_a_face_share_its_load_in_few_sweeps():
     problem = scenes.problem(world)
     corner = problem.factors.jacobian[:, 0, 0]
     unlike = problem.target + 1e-6 * (np.sign(corner[:, 3] * corner[:, 4]) - 1)
-    attainable = faces.attainable(unlike, problem.factors, np.full(4, 1e-5))
+    attainable = faces.attainable(unlike, problem.factors, problem.rolling, np.full(4, 1e-5))
     last = np.abs(generator.normal(size=(4, 3))) * np.array([0.02, 0.0, 0.0])
     handed_on, shared = (
         gauss_seidel.solve(problem._replace(target=target), last, 0 * last, iterations=1000, tolerance=1e-8)

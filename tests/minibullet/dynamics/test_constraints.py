@@ -108,11 +108,26 @@ def test_targets_of_a_face_are_what_a_rigid_body_can_do(closing):
     factors = scenes.problem(world).factors
     arms = factors.jacobian[:, 0, 0, 3:]
     target = np.minimum(closing * (-1 - 0.5 * arms[:, 0] + 0.2 * arms[:, 1]) + 1e-6 * generator.standard_normal(8), 0.0)
-    moved = faces.attainable(target, factors, np.full(8, 1e-5))
+    moved = faces.attainable(target, factors, np.zeros((8, 2)), np.full(8, 1e-5))
     assert (moved <= 0.0).all() and np.abs(moved - target).max() < 4e-6
     for face in np.split(np.arange(8), 2):
         rows = factors.jacobian[face, 0, 0]
         twist, *_ = np.linalg.lstsq(rows, moved[face], rcond=None)
         np.testing.assert_allclose(rows @ twist, moved[face], atol=1e-15)
         assert np.abs(rows @ np.linalg.lstsq(rows, target[face], rcond=None)[0] - target[face]).max() > 1e-8
-    np.testing.assert_array_equal(faces.attainable(target, factors, np.full(8, 1e-8)), target)
+    np.testing.assert_array_equal(faces.attainable(target, factors, np.zeros((8, 2)), np.full(8, 1e-8)), target)
+
+
+def test_targets_of_a_face_that_cannot_roll_are_one_velocity():
+    """Corners that each resist rolling hold their face from turning: targets within what they may be moved by become the least
+    closing one of their face, the others are moved to a plane."""
+    world = mb.World()
+    world.add_plane()
+    for x in (0.0, 3.0):
+        world.add(mb.Box(1, 1, 1), mass=1.0, position=(x, 0, 0.5))
+    factors = scenes.problem(world).factors
+    tilt = factors.jacobian[:, 0, 0, 3]
+    target = -0.1 + np.repeat([1e-6, 1.0], 4) * (tilt - tilt.max())
+    moved = faces.attainable(target, factors, np.full((8, 2), 1e-3), np.full(8, 1e-5))
+    np.testing.assert_array_equal(moved[:4], target[:4].max())
+    np.testing.assert_allclose(moved[4:], target[4:], atol=1e-15)
