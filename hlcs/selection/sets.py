@@ -97,7 +97,8 @@ class FittedSets:
         data? What the file implies needs no proof on held-out data, and absorbs or not where it stands alone."""
         if not self.possible(effects):
             return False
-        doubtful = sorted(effects - self.search.implied_beside(effects))
+        fits, doubtful = self.search.fits, effects - self.search.implied_beside(effects)
+        doubtful = sorted(doubtful, key=lambda name: (self.without(effects, name) not in fits, name))  # no fit for these
         finite = np.isfinite(self.search.fits[effects].chi2)
         proved = finite and not any(self.broken(effects, name) for name in doubtful)
         return proved and not any(self.absorbs(effects, name) for name in doubtful or sorted(effects))
