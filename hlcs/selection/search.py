@@ -341,9 +341,12 @@ class Search:
 
     def expand(self):
         """Foresee neighbours of the best fitted sets: where it explains the data of the best and those told beside it, which have
-        twins of their own, else of those too that are as good as it in units of what it leaves."""
+        twins of their own; else of the next ones too, since what the best one lacks may have led its numbers where nothing is
+        foreseen of that. Through contacts, where this is dear, only of those that are as good in units of what it leaves."""
         first = self.ranked()[0]
-        reach = TIED if self.noise_alone(self.fits[first]) else self.reach() if self.budget.share < 0.5 else 0.0
+        reach = TIED if self.noise_alone(self.fits[first]) else np.inf
+        if self.problem.simulator.contact:
+            reach = min(reach, self.reach() if self.budget.share < 0.5 else 0.0)
         near = [first, *(each for each in self.ranked()[1:EXPANDED] if self.cost(each) < self.cost(first) + reach)]
         if first in self.models:
             self.shown, self.implied = self.models[first].certain(self.odds, self.candidates)
