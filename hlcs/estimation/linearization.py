@@ -33,6 +33,7 @@ class Linearization:
     parameter_columns: list  # white changes per unit of each free number of the model (n_i, p)
     state_moves: list | None = None  # what the initial states do along with each free number, per unit of it (unknowns_i, p)
     trajectories: list | None = None  # the runs that `raw` was read from: a Motion each
+    state_spreads: list | None = None  # how wide the belief in each unknown of the initial state is (unknowns_i,)
 
     @cached_property
     def state_bases(self):
@@ -47,6 +48,20 @@ class Linearization:
     def without_states(self, white):
         """White values of every recording, list of (n_i,) or (n_i, k), with the initial states projected out."""
         return [project_out(q, part) for q, part in zip(self.state_bases, white, strict=True)]
+
+    def spared(self, overdispersion=1.0):
+        """What is not paid for unknowns of the initial states, as `occam` has it, since the data do not show them.
+
+        Usual motions show each of them better than one observation would, so that every model pays the same for them: 0. But a
+        strong drag ends a start at once; where it is missing the same paths need starts that are tuned as finely as they are
+        read, and a bead that weighs nothing in its liquid would stand for all that sink slowly.
+        """
+        total = 0.0
+        for columns, spreads in zip(self.state_columns, self.state_spreads or (), strict=False):
+            count = max(len(columns) / overdispersion, 1.0)
+            seen = columns * spreads
+            total += len(spreads) * np.log(count) - occam(seen.T @ seen / overdispersion, count)
+        return total
 
 
 @dataclass(frozen=True)
@@ -125,7 +140,7 @@ class Fit:
     def tempered(self, overdispersion):
         """The same where so many residuals count as one (`estimation.adequacy`): the data tell less, what is believed stays."""
         paid = occam(self.information / overdispersion, self.count / overdispersion)
-        return self.chi2 / overdispersion + self.doubt + self.surprise + paid
+        return self.chi2 / overdispersion + self.doubt + self.surprise + paid - self.linearization.spared(overdispersion)
 
     @cached_property
     def told(self):

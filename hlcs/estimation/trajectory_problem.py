@@ -240,7 +240,18 @@ class TrajectoryProblem(Problem):
             Motion(*(None if part is None else part.copy() for part in motion)) for motion in trajectories[: len(which)]
         ]
         none = [stacked([], len(residual)) for residual in raw]
-        return Linearization(raw, white, state_columns, none, trajectories=unperturbed)
+        spreads = [self._spreads(k) for k in which]
+        return Linearization(raw, white, state_columns, none, trajectories=unperturbed, state_spreads=spreads)
+
+    def _spreads(self, index):
+        """How wide the belief in each unknown of the initial state of a recording is, (unknowns,) [m, m/s, rad, rad/s]: it moves
+        by what is seen to be moved, or by a metre, and turns by a radian, in the time of the recording."""
+        trial = self.trials[index]
+        there = [axis[np.isfinite(axis)] for axis in trial.position.T]
+        reach = max([float(np.ptp(axis)) for axis in there if len(axis)], default=0.0) or 1.0
+        time = max(float(np.ptp(trial.times)), 1e-9)
+        of_slots = (reach, reach / time, 1.0, 1.0 / time)
+        return np.array([of_slots[slot] for slot, _ in self.recordings[index].unknown])
 
     # --- the next experiment --------------------------------------------------------------------------------------------------
 

@@ -89,7 +89,7 @@ class LinearModel:
 
     def __init__(self, fit, views, price):
         """views: candidate -> its signatures (see `signatures`); price: of a set of names."""
-        self.price, self.count = price, fit.count
+        self.price, self.count, self.spared = price, fit.count, fit.linearization.spared()
         self.entries = {}  # name of a candidate that can join it -> its numbers while absent
         r = np.concatenate(fit.linearization.projected[0])
         parts = [np.concatenate(fit.linearization.projected[1])]
@@ -186,7 +186,7 @@ class LinearModel:
         dots = self.dots[kept] - self.gram[np.ix_(kept, gone)] @ back
         total = self.total - 2 * self.dots[gone] @ back + back @ self.gram[np.ix_(gone, gone)] @ back
         step, fall = self._step(kept, dots)
-        cost = total - fall + occam(self.gram[np.ix_(kept, kept)], self.count) + self.price(names)
+        cost = total - fall + occam(self.gram[np.ix_(kept, kept)], self.count) - self.spared + self.price(names)
         standing = [self.columns[place] for name in self.present for place in self.places[name]]
         before = self.total + sum(column.free.surprise(column.value) for column in standing)
         numbers = {name: dict(self.entries.get(name, {})) for name in names}
