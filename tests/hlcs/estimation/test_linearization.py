@@ -7,7 +7,7 @@ import pytest
 from linear_models import RATE, Line, model
 
 from hlcs.estimation.fitting import fit_at
-from hlcs.estimation.linearization import free_numbers, occam
+from hlcs.estimation.linearization import Linearization, free_numbers, occam
 from hlcs.simulation.model import Model, Term
 
 TIMES = [np.arange(5.0)]
@@ -35,6 +35,24 @@ def test_a_number_pays_twice_the_log_of_spread_over_error_and_never_more_than_on
     assert occam(np.diag([24.0, 0.0]), 1000) == pytest.approx(np.log(25.0))
     assert occam(np.diag([1e6, 1e6]), 50) == pytest.approx(2 * np.log(50.0))
     assert occam(np.zeros((0, 0)), 50) == 0.0 and occam(np.array([[np.nan]]), 50) == np.inf
+
+
+def test_a_start_is_spared_its_price_as_far_as_the_data_do_not_show_it():
+    """Position and speed of 50 readings along a line, noise of a thousandth of the way: nothing is spared, where a drag ends the
+    speed at once the logarithm of the count of readings, where it is shown by less than a reading the rest of that."""
+    count = 50
+    ones, time = np.full(count, 1e3), np.linspace(0.0, 1e3, count)
+
+    def spared(speed, overdispersion=1.0):
+        columns = np.column_stack([ones, speed])
+        return Linearization([], [], [columns], [], state_spreads=[np.ones(2)]).spared(overdispersion)
+
+    assert spared(time) == 0.0
+    assert spared(0 * time) == pytest.approx(np.log(count))
+    assert spared(0 * time, 10.0) == pytest.approx(np.log(count / 10))
+    alternate = np.tile([0.5, -0.5], count // 2)  # of information 50/4 and no part in the position
+    assert spared(alternate) == pytest.approx(np.log(count) - np.log1p(count / 4))
+    assert Linearization([], [], [np.zeros((count, 2))], []).spared() == 0.0  # starts of which nothing is believed
 
 
 def test_where_many_residuals_count_as_one_the_data_tell_less_and_beliefs_stay():
