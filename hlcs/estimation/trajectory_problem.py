@@ -240,7 +240,8 @@ class TrajectoryProblem(Problem):
             Motion(*(None if part is None else part.copy() for part in motion)) for motion in trajectories[: len(which)]
         ]
         none = [stacked([], len(residual)) for residual in raw]
-        spreads = [self._spreads(k) for k in which]
+        # through contacts columns are rough: how much they tell of a start differs by chance from model to model
+        spreads = None if self.simulator.contact else [self._spreads(k) for k in which]
         return Linearization(raw, white, state_columns, none, trajectories=unperturbed, state_spreads=spreads)
 
     def _spreads(self, index):
