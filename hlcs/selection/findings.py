@@ -150,7 +150,10 @@ def _price(search, name, price):
     """What an accepted effect costs, in words."""
     if name in search.implied:
         return ", and what the file states implies it"
-    return f" for a price of {price:.0f}" if np.isfinite(price) else ", and the others alone would need numbers that cannot be"
+    if not np.isfinite(price):
+        return ", and the others alone would need numbers that cannot be"
+    without = f", and what is improbable without it (numbers, starts that must be tuned) costs {-price:.0f} more than it does"
+    return f" for a price of {price:.0f}" if price > -0.5 else without
 
 
 def _names(effects):
