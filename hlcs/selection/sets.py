@@ -98,7 +98,7 @@ class FittedSets:
         if not self.possible(effects):
             return False
         fits, doubtful = self.search.fits, effects - self.search.implied_beside(effects)
-        doubtful = sorted(doubtful, key=lambda name: (self.without(effects, name) not in fits, name))  # no fit for these
+        doubtful = sorted(doubtful, key=lambda name: (self.without(effects, name) not in fits, name))  # first what needs no fit
         finite = np.isfinite(self.search.fits[effects].chi2)
         proved = finite and not any(self.broken(effects, name) for name in doubtful)
         return proved and not any(self.absorbs(effects, name) for name in doubtful or sorted(effects))
