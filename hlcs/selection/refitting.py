@@ -12,7 +12,9 @@ def refit(search, proposal, parent, states=None):
     """The best fit of a set, from where it was foreseen and, while more than noise is left, from elsewhere; None where no fit
     can be made. states: the initial states of a fit with the numbers of the proposal, where one was made before."""
     best, guess, seen, costs = None, search.problem.initial_guess(), [], []
-    limit = partial(search.limit, proposal.effects) if np.isfinite(proposal.cost) else None
+    # through contacts a fit that nothing foresaw may yet find its way; elsewhere what it promises is seen from afar
+    limited = np.isfinite(proposal.cost) or not search.problem.simulator.contact
+    limit = partial(search.limit, proposal.effects) if limited else None
     if states is None:
         numbers = search.preview.nearer(proposal.numbers, parent)
         begun = [(numbers, search.preview.nearest(numbers, parent.initial_states, guess))]
