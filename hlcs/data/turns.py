@@ -1,17 +1,30 @@
 """Turns of a recorded body that go beyond half a turn."""
 
+from math import pi, sqrt
+
 import numpy as np
+
+from minibullet.kernels import leaf
+from minibullet.vectors import dot
 
 
 def continued(turns):
     """Rotation vectors of successive samples (..., n, 3) [rad], each with as many whole turns about its axis as bring it nearest
     the one before: where a model loses more than half a turn the difference goes on growing."""
-    if not (np.linalg.norm(np.diff(turns, axis=-2), axis=-1) > np.pi).any():
-        return turns
-    if turns.ndim > 2:
-        return np.array([continued(each) for each in turns])
-    angle = np.linalg.norm(turns, axis=1)
-    axes, turns = turns / np.where(angle > 0, angle, 1.0)[:, None], turns.copy()
-    for k in range(1, len(turns)):
-        turns[k] += 2 * np.pi * np.round((axes[k] @ turns[k - 1] - angle[k]) / (2 * np.pi)) * axes[k]
-    return turns
+    found = np.array(turns, dtype=float, order="C")
+    add_whole_turns(found.reshape(-1, *found.shape[-2:]))
+    return found
+
+
+@leaf
+def add_whole_turns(turns):
+    """`continued` of several recordings (runs, n, 3), in place."""
+    for run in range(turns.shape[0]):
+        for k in range(1, turns.shape[1]):
+            turn = turns[run, k, 0], turns[run, k, 1], turns[run, k, 2]
+            angle = sqrt(dot(turn, turn))
+            if angle > 0.0:
+                along = dot(turn, turns[run, k - 1]) / angle  # the angle about this axis of the turn before
+                whole = 2.0 * pi * np.round((along - angle) / (2.0 * pi)) / angle
+                for axis in range(3):
+                    turns[run, k, axis] += whole * turn[axis]
