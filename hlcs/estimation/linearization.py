@@ -21,6 +21,7 @@ class Recording:
     times: np.ndarray  # (n,) [s]
     whitening: Whitening
     unknown: tuple  # what of the initial state is fitted: (slot, direction (3,)) each
+    spreads: np.ndarray | None = None  # how wide the belief in each of them is (unknowns,); None = none is spared its price
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class Linearization:
     parameter_columns: list  # white changes per unit of each free number of the model (n_i, p)
     state_moves: list | None = None  # what the initial states do along with each free number, per unit of it (unknowns_i, p)
     trajectories: list | None = None  # the runs that `raw` was read from: a Motion each
-    state_spreads: list | None = None  # how wide the belief in each unknown of the initial state is (unknowns_i,)
+    state_spreads: list | tuple = ()  # `spreads` of the recordings
 
     @cached_property
     def state_bases(self):
@@ -57,7 +58,9 @@ class Linearization:
         read, and a bead that weighs nothing in its liquid would stand for all that sink slowly.
         """
         total = 0.0
-        for columns, spreads in zip(self.state_columns, self.state_spreads or (), strict=False):
+        for columns, spreads in zip(self.state_columns, self.state_spreads, strict=False):
+            if spreads is None:
+                continue
             count = max(len(columns) / overdispersion, 1.0)
             seen = columns * spreads
             total += len(spreads) * np.log(count) - occam(seen.T @ seen / overdispersion, count)

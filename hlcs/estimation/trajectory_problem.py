@@ -70,7 +70,9 @@ class TrajectoryProblem(Problem):
         }
         known = trial if self.starts_stated else replace(trial, start=turns)
         unknown = unknowns(known, there.any(axis=0), self.simulator.seated[index], self.lies_flat[index], self.simulator.contact)
-        return Recording(channel, sample, times, noise.whitening(channel, times), unknown)
+        # through contacts columns are rough: how much they tell of a start differs by chance from model to model
+        spreads = None if self.simulator.contact else belief_in(unknown, trial)
+        return Recording(channel, sample, times, noise.whitening(channel, times), unknown, spreads)
 
     def with_noise(self, noise):
         """The same problem with another Noise of the same channels."""
@@ -240,19 +242,8 @@ class TrajectoryProblem(Problem):
             Motion(*(None if part is None else part.copy() for part in motion)) for motion in trajectories[: len(which)]
         ]
         none = [stacked([], len(residual)) for residual in raw]
-        # through contacts columns are rough: how much they tell of a start differs by chance from model to model
-        spreads = None if self.simulator.contact else [self._spreads(k) for k in which]
+        spreads = [self.recordings[k].spreads for k in which]
         return Linearization(raw, white, state_columns, none, trajectories=unperturbed, state_spreads=spreads)
-
-    def _spreads(self, index):
-        """How wide the belief in each unknown of the initial state of a recording is, (unknowns,) [m, m/s, rad, rad/s]: it moves
-        by what is seen to be moved, or by a metre, and turns by a radian, in the time of the recording."""
-        trial = self.trials[index]
-        there = [axis[np.isfinite(axis)] for axis in trial.position.T]
-        reach = max([float(np.ptp(axis)) for axis in there if len(axis)], default=0.0) or 1.0
-        time = max(float(np.ptp(trial.times)), 1e-9)
-        of_slots = (reach, reach / time, 1.0, 1.0 / time)
-        return np.array([of_slots[slot] for slot, _ in self.recordings[index].unknown])
 
     # --- the next experiment --------------------------------------------------------------------------------------------------
 
@@ -325,6 +316,16 @@ class TrajectoryProblem(Problem):
             f"{100 * share[index] / max(sum(share), 1e-300):.0f} % of the misfit)"
         )
         return text, {"repeat": name}
+
+
+def belief_in(unknown, trial):
+    """How wide the belief in each unknown of the initial state of a trial is, (unknowns,) [m, m/s, rad, rad/s]: it moves by what
+    is seen to be moved, or by a metre, and turns by a radian, in the time of the recording."""
+    there = [axis[np.isfinite(axis)] for axis in trial.position.T]
+    reach = max([float(np.ptp(axis)) for axis in there if len(axis)], default=0.0) or 1.0
+    time = max(float(np.ptp(trial.times)), 1e-9)
+    of_slots = (reach, reach / time, 1.0, 1.0 / time)
+    return np.array([of_slots[slot] for slot, _ in unknown])
 
 
 def first_seen(position):
