@@ -5,13 +5,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import linalg, optimize
 
-from hlcs.estimation.least_squares import least_squares
+from hlcs.estimation.least_squares import basis, least_squares, project_out
 from hlcs.learning.laws import Law
 from minibullet.bodies import Bodies
 
 BEGUN = 3  # best first looks from which a search goes on
 LARGEST = 10.0  # times the size to be expected, as the standard deviation of a strength
 ENOUGH = 15  # steps of such a search: it begins near
+TOGETHER = 64  # first looks at a time: what they need on the way is some megabytes a recording
 
 
 @dataclass(frozen=True)
@@ -58,15 +59,50 @@ class Regression:
 
     def columns(self, law, kind, searched):
         """White change of the observations per unit of each linear number (rows, linear or linear times recordings)."""
-        forces = np.stack([self.force(law, kind, searched, unit) for unit in np.eye(len(law.linear))], axis=2)
-        parts = np.split(forces, np.cumsum([len(flight.times) for flight in self.flights])[:-1])
-        columns = [np.tensordot(flight.response, part, 2) for flight, part in zip(self.flights, parts, strict=True)]
+        columns = self.by_flight(law, kind, [searched])
         if not law.own_phases:
             return np.concatenate(columns)
         found = np.zeros((len(self.residual), len(law.linear) * len(columns)))
         for k, part in enumerate(columns):
             found[self.recording == k, k * len(law.linear) : (k + 1) * len(law.linear)] = part
         return found
+
+    def by_flight(self, law, kind, values):
+        """White change of the observations of each flight per unit of each linear number, at each of some values of the searched
+        ones, list of (r, values times linear)."""
+        units = np.eye(len(law.linear))
+        forces = np.stack([self.force(law, kind, searched, unit) for searched in values for unit in units], axis=2)
+        parts = np.split(forces, np.cumsum([len(flight.times) for flight in self.flights])[:-1])
+        return [np.tensordot(flight.response, part, 2) for flight, part in zip(self.flights, parts, strict=True)]
+
+    def first_looks(self, law, kind, values):
+        """Sum of squares that is left, and missed of what is expected, at each of some values of the searched numbers (values,).
+
+        By normal equations, which look at many at a time: near enough to choose by.
+        """
+        nuisance, shape = basis(self.nuisance), (len(values), len(law.linear))
+        residual = project_out(nuisance, self.residual)
+        ends = np.cumsum([len(flight.residual) for flight in self.flights])[:-1]
+        parts = zip(self.by_flight(law, kind, values), np.split(nuisance, ends), np.split(residual, ends), strict=True)
+        grams, projections, shares = [], [], []  # of each flight: (values, linear, linear), (values, m, linear), (values, linear)
+        for columns, along, missed in parts:
+            by_value = columns.reshape(-1, *shape).transpose(1, 0, 2)
+            grams.append(by_value.transpose(0, 2, 1) @ by_value)
+            projections.append((along.T @ columns).reshape(-1, *shape).transpose(1, 0, 2))
+            shares.append((missed @ columns).reshape(shape))
+        if law.own_phases:
+            places = np.arange(len(grams) * shape[1]).reshape(-1, shape[1])
+            gram, projection, share = np.zeros((len(values), places.size, places.size)), np.dstack(projections), np.hstack(shares)
+            for its, part in zip(places, grams, strict=True):
+                gram[:, its[:, None], its] = part
+        else:
+            gram, projection, share = sum(grams), sum(projections), sum(shares)
+        expected = self.expected(law, share.shape[1])
+        gram = gram - projection.transpose(0, 2, 1) @ projection + expected.T @ expected
+        size = np.sqrt(np.einsum("vii->vi", gram))
+        inverse = np.linalg.pinv(gram / size[:, :, None] / size[:, None, :], rcond=1e-12, hermitian=True)
+        share = share / size
+        return residual @ residual - np.einsum("vi,vij,vj->v", share, inverse, share)
 
     def solve(self, law, kind, searched, rows=slice(None)):
         """(LinearFit of linear numbers and nuisance on these rows, all columns)."""
@@ -93,7 +129,8 @@ class Regression:
         low, high = (np.array([getattr(number, end) for number in law.searched]) for end in ("low", "high"))
         inside = np.clip(np.asarray(begins, dtype=float), low + 1e-6 * (high - low), high - 1e-6 * (high - low))
         if len(inside) > BEGUN:
-            costs = [float(np.sum(self.left(law, kind, begin, rows) ** 2)) for begin in inside]
+            chunks = [inside[first : first + TOGETHER] for first in range(0, len(inside), TOGETHER)]
+            costs = np.concatenate([self.first_looks(law, kind, chunk) for chunk in chunks])
             inside = inside[np.argsort(costs, kind="stable")[:BEGUN]]
         found = [
             optimize.least_squares(

@@ -1,5 +1,8 @@
 """Laws fitted to residuals, where the answer is known."""
 
+from copy import copy
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -29,6 +32,26 @@ def test_a_law_is_found_with_its_numbers(drag):
     assert searched[0] == pytest.approx(1.5, abs=0.03)
     assert strength == pytest.approx(-0.05 * reference**1.5, rel=0.02)
     assert len(spread) == 2 and (spread > 0).all()
+
+
+@pytest.mark.parametrize("own_phases", [False, True])
+def test_first_looks_are_what_least_squares_leaves(drag, own_phases):
+    """Of the data and of what is expected, beside two columns of other numbers, at values that say nothing of each other.
+
+    Normal equations lose half of the digits: 1e-9 of the whole.
+    """
+    regression, law = copy(drag[0]), replace(drag[1], own_phases=own_phases)
+    regression.nuisance = np.random.default_rng(1).standard_normal((len(regression.residual), 2))
+    values = [[0.5], [1.5], [2.5]]
+    left = []
+    for value in values:
+        found, columns = regression.solve(law, law.kind(), value)
+        missed = regression.residual - columns @ found.estimate
+        beside = regression.expected(law, columns.shape[1] - 2) @ found.estimate[:-2]
+        left.append(missed @ missed + beside @ beside)
+    whole = regression.residual @ regression.residual
+    np.testing.assert_allclose(regression.first_looks(law, law.kind(), values), left, rtol=0, atol=1e-9 * whole)
+    assert np.ptp(left) > 1e-3 * whole
 
 
 def test_slopes_are_derivatives(drag):
