@@ -5,7 +5,7 @@ world axes. All functions work on arrays of shape (..., 4) or (..., 3) and broad
 Formulas: J. Diebel, Representing attitude (2006); M. D. Shuster, A survey of attitude representations (1993).
 """
 
-from math import cos, sin
+from math import atan2, cos, sin, sqrt
 
 import numpy as np
 
@@ -17,21 +17,18 @@ IDENTITY.setflags(write=False)
 
 def product(a, b):
     """Hamilton product a b: turn by b first, then by a. (..., 4), (..., 4) -> (..., 4)."""
-    a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
-    if a.ndim == b.ndim == 1:  # arithmetic on numbers rounds alike, and costs a tenth of that on arrays of one
-        return np.array(_product(a.tolist(), b.tolist()))
-    return np.stack(_product(_components(a), _components(b)), axis=-1)
+    a, b = np.broadcast_arrays(np.asarray(a, dtype=float), np.asarray(b, dtype=float))
+    return _products(np.ascontiguousarray(a).reshape(-1, 4), np.ascontiguousarray(b).reshape(-1, 4)).reshape(a.shape)
 
 
-def _product(a, b):
-    """The four components of a product, from those of its factors: numbers, or arrays of one shape."""
-    (aw, ax, ay, az), (bw, bx, by, bz) = a, b
-    return (
-        aw * bw - ax * bx - ay * by - az * bz,
-        aw * bx + ax * bw + ay * bz - az * by,
-        aw * by - ax * bz + ay * bw + az * bx,
-        aw * bz + ax * by - ay * bx + az * bw,
-    )
+@kernel
+def _products(a, b):
+    result = np.empty_like(a)
+    for n in range(len(a)):
+        (aw, ax, ay, az), (bw, bx, by, bz) = quaternion(a, n), quaternion(b, n)
+        result[n, 0], result[n, 1] = aw * bw - ax * bx - ay * by - az * bz, aw * bx + ax * bw + ay * bz - az * by
+        result[n, 2], result[n, 3] = aw * by - ax * bz + ay * bw + az * bx, aw * bz + ax * by - ay * bx + az * bw
+    return result
 
 
 def conjugate(q):
@@ -142,23 +139,37 @@ def dot(a, b):
 
 def exponential(rotation_vector):
     """The turn by |r| about r, exact to rounding down to zero angle. (..., 3) [rad] -> (..., 4)."""
-    half = 0.5 * np.asarray(rotation_vector, dtype=float)
-    angle = np.sqrt(np.sum(half * half, axis=-1, keepdims=True))
-    moving = angle > 0
-    cosine, sine = cosine_and_sine(angle)
-    return np.concatenate([cosine, np.where(moving, sine / np.where(moving, angle, 1.0), 1.0) * half], axis=-1)
+    vectors = np.ascontiguousarray(rotation_vector, dtype=float)
+    return _exponentials(vectors.reshape(-1, 3)).reshape(*vectors.shape[:-1], 4)
+
+
+@kernel
+def _exponentials(vectors):
+    result = np.empty((len(vectors), 4))
+    for n in range(len(vectors)):
+        x, y, z = 0.5 * vectors[n, 0], 0.5 * vectors[n, 1], 0.5 * vectors[n, 2]
+        half = sqrt(x * x + y * y + z * z)
+        ratio = sin(half) / half if half > 0.0 else 1.0
+        result[n, 0], result[n, 1], result[n, 2], result[n, 3] = cos(half), ratio * x, ratio * y, ratio * z
+    return result
 
 
 def logarithm(q):
     """The rotation vector of the shorter way round, |r| <= pi, exact to rounding down to zero angle. (..., 4) -> (..., 3)."""
-    q = np.asarray(q, dtype=float)
-    q = np.where(q[..., :1] < 0, -q, q)
-    w, axis = q[..., :1], q[..., 1:]
-    sine = np.sqrt(np.sum(axis * axis, axis=-1, keepdims=True))
-    moving = sine > 0
-    # a/sin(a/2); for a vanishing angle this is 2.
-    ratio = np.where(moving, 2.0 * np.arctan2(sine, w) / np.where(moving, sine, 1.0), 2.0)
-    return ratio * axis
+    q = np.ascontiguousarray(q, dtype=float)
+    return _logarithms(q.reshape(-1, 4)).reshape(*q.shape[:-1], 3)
+
+
+@kernel
+def _logarithms(orientation):
+    result = np.empty((len(orientation), 3))
+    for n in range(len(orientation)):
+        w, x, y, z = quaternion(orientation, n)
+        sine = sqrt(x * x + y * y + z * z)
+        shorter = -1.0 if w < 0.0 else 1.0
+        ratio = 2.0 * atan2(sine, shorter * w) / sine if sine > 0.0 else 2.0  # the limit for a vanishing angle
+        result[n, 0], result[n, 1], result[n, 2] = ratio * shorter * x, ratio * shorter * y, ratio * shorter * z
+    return result
 
 
 def random(generator, n):
@@ -187,9 +198,3 @@ def between(u, v):
             cosine >= 0.0, np.concatenate([larger, smaller * axis], axis=-1), np.concatenate([smaller, larger * axis], axis=-1)
         )
     )
-
-
-def _components(q):
-    """The four components as arrays of shape (...)."""
-    q = np.asarray(q, dtype=float)
-    return q[..., 0], q[..., 1], q[..., 2], q[..., 3]
