@@ -10,7 +10,7 @@ import numpy as np
 import minibullet as mb
 from hlcs.data.rigid_body import Altered, RigidBody, rigid_body, support
 from hlcs.simulation.batch_effects import shared_effects
-from hlcs.simulation.free_flight import JUMP, Track
+from hlcs.simulation.track import JUMP, Track
 from minibullet import rotations
 from minibullet.shapes.primitives import ConvexPiece
 

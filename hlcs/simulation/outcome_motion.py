@@ -12,7 +12,8 @@ import numpy as np
 from hlcs.data.quantities import OUTCOMES
 from hlcs.data.rigid_body import rigid_body, support
 from hlcs.effects.contract import Setup
-from hlcs.simulation.free_flight import Track, fly
+from hlcs.simulation.free_flight import fly
+from hlcs.simulation.track import Track
 from minibullet.bodies import Bodies, ContactLaw, Contacts
 from minibullet.effects import contact_law
 

@@ -8,7 +8,7 @@ from hlcs.kinds.protocol import Options
 from hlcs.kinds.trajectories.preparation import prepare
 from hlcs.selection.eligibility import candidates_for
 from hlcs.selection.search import Search
-from hlcs.simulation.free_flight import Track
+from hlcs.simulation.track import Track
 from minibullet.errors import InputError
 
 G, RATE, SIGMA = 9.81, 100.0, 0.02
