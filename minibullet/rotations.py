@@ -5,11 +5,12 @@ world axes. All functions work on arrays of shape (..., 4) or (..., 3) and broad
 Formulas: J. Diebel, Representing attitude (2006); M. D. Shuster, A survey of attitude representations (1993).
 """
 
-from math import atan2, cos, sin, sqrt
+from math import atan2, cos, sin
 
 import numpy as np
 
 from minibullet.kernels import kernel, leaf
+from minibullet.vectors import at, length, put, scaled
 
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 IDENTITY.setflags(write=False)
@@ -25,10 +26,20 @@ def product(a, b):
 def _products(a, b):
     result = np.empty_like(a)
     for n in range(len(a)):
-        (aw, ax, ay, az), (bw, bx, by, bz) = quaternion(a, n), quaternion(b, n)
-        result[n, 0], result[n, 1] = aw * bw - ax * bx - ay * by - az * bz, aw * bx + ax * bw + ay * bz - az * by
-        result[n, 2], result[n, 3] = aw * by - ax * bz + ay * bw + az * bx, aw * bz + ax * by - ay * bx + az * bw
+        result[n, 0], result[n, 1], result[n, 2], result[n, 3] = one_product(quaternion(a, n), quaternion(b, n))
     return result
+
+
+@leaf
+def one_product(a, b):
+    """The same of two quaternions, tuples."""
+    (aw, ax, ay, az), (bw, bx, by, bz) = a, b
+    return (
+        aw * bw - ax * bx - ay * by - az * bz,
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+    )
 
 
 def conjugate(q):
@@ -147,11 +158,17 @@ def exponential(rotation_vector):
 def _exponentials(vectors):
     result = np.empty((len(vectors), 4))
     for n in range(len(vectors)):
-        x, y, z = 0.5 * vectors[n, 0], 0.5 * vectors[n, 1], 0.5 * vectors[n, 2]
-        half = sqrt(x * x + y * y + z * z)
-        ratio = sin(half) / half if half > 0.0 else 1.0
-        result[n, 0], result[n, 1], result[n, 2], result[n, 3] = cos(half), ratio * x, ratio * y, ratio * z
+        result[n, 0], result[n, 1], result[n, 2], result[n, 3] = one_exponential(at(vectors, n))
     return result
+
+
+@leaf
+def one_exponential(vector):
+    """The same of one rotation vector, a tuple."""
+    x, y, z = scaled(0.5, vector)
+    half = length((x, y, z))
+    ratio = sin(half) / half if half > 0.0 else 1.0
+    return cos(half), ratio * x, ratio * y, ratio * z
 
 
 def logarithm(q):
@@ -164,12 +181,18 @@ def logarithm(q):
 def _logarithms(orientation):
     result = np.empty((len(orientation), 3))
     for n in range(len(orientation)):
-        w, x, y, z = quaternion(orientation, n)
-        sine = sqrt(x * x + y * y + z * z)
-        shorter = -1.0 if w < 0.0 else 1.0
-        ratio = 2.0 * atan2(sine, shorter * w) / sine if sine > 0.0 else 2.0  # the limit for a vanishing angle
-        result[n, 0], result[n, 1], result[n, 2] = ratio * shorter * x, ratio * shorter * y, ratio * shorter * z
+        put(result, n, one_logarithm(quaternion(orientation, n)))
     return result
+
+
+@leaf
+def one_logarithm(q):
+    """The same of one quaternion, a tuple."""
+    w, x, y, z = q
+    sine = length((x, y, z))
+    shorter = -1.0 if w < 0.0 else 1.0
+    ratio = 2.0 * atan2(sine, shorter * w) / sine if sine > 0.0 else 2.0  # the limit for a vanishing angle
+    return scaled(ratio * shorter, (x, y, z))
 
 
 def random(generator, n):

@@ -259,5 +259,5 @@ def fly_each(bodies: Bodies, effects, duration, step) -> Track:
         ahead = moved(x, q, whole.one * v + h * (whole.two * a1 + whole.three * slope + 2 * whole.four * bend), h)
         x, q, v = *ahead, whole.left * v + h * (whole.one * a1 + whole.two * slope + 2 * whole.three * bend)
     position, orientation, twist = record
-    untouched = np.zeros((count, len(x)), bool)
-    return Track(times, position, twist[..., :3], orientation, twist[..., 3:], untouched)
+    velocity, spin = (np.ascontiguousarray(part) for part in (twist[..., :3], twist[..., 3:]))
+    return Track(times, position, velocity, orientation, spin, np.zeros((count, len(x)), bool))

@@ -4,7 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from minibullet import rotations
+from minibullet.kernels import kernel, leaf
+from minibullet.rotations import one_exponential, one_logarithm, one_product, quaternion
+from minibullet.vectors import along, at, dot, minus, plus, put, scaled
 
 KINK = 0.1  # difference of accelerations before and after a step above which it may hold a change of contact [m/s2]
 STEADIER = 4.0  # how many times the acceleration must change less on both sides of such a step than in it [-]
@@ -26,68 +28,16 @@ class Track(NamedTuple):
         return Track(self.times, *(part[:, bodies] for part in self[1:]))
 
     def observe(self, times):
-        """Position (B, n, 3) and orientation (B, n, 4) at times (B, n): turns are steady between nodes, and to both sides of an
-        impact."""
-        index, step, inside, beyond = places = self._places(times)
-        who = np.arange(self.position.shape[1])[:, None]
-        q0, q1 = self.orientation[index, who], self.orientation[index + 1, who]
-        turn = rotations.logarithm(rotations.product(q1, rotations.conjugate(q0)))
-        orientation = rotations.product(rotations.exponential((inside + beyond / step[..., None]) * turn), q0)
-        hit, moment = impact = self._impact(index, step)
-        if hit.any():
-            first = inside < moment
-            way = np.where(first, inside * self.spin[index, who], (inside - 1) * self.spin[index + 1, who]) * step[..., None]
-            pieces = rotations.product(rotations.exponential(way), np.where(first, q0, q1))
-            orientation = np.where(hit & (beyond == 0), pieces, orientation)
-        return self._position(*places, *impact), orientation
+        """Position (B, n, 3) and orientation (B, n, 4) at times (B, n).
+
+        Between nodes positions are cubic (Hermite) and turns steady, outside both are steady; where a contact makes the velocity
+        jump inside a step (an impact), two straight pieces that meet at the moment of the jump.
+        """
+        return _observed(Track(*map(np.ascontiguousarray, self)), times)
 
     def position_at(self, times):
-        """Position (B, n, 3) at times (B, n).
-
-        Cubic Hermite between nodes, straight on outside; where a contact makes the velocity jump inside a step (an impact), two
-        straight pieces that meet at the moment of the jump.
-        """
-        places = self._places(times)
-        return self._position(*places, *self._impact(*places[:2]))
-
-    def _position(self, index, step, inside, beyond, hit, moment):
-        """The positions at places as `_places` gives them, with impacts as `_impact` does."""
-        who = np.arange(self.position.shape[1])[:, None]
-        x0, x1 = self.position[index, who], self.position[index + 1, who]
-        v0, v1 = self.velocity[index, who] * step[..., None], self.velocity[index + 1, who] * step[..., None]
-        square, cube = inside**2, inside**3
-        position = (
-            (2 * cube - 3 * square + 1) * x0
-            + (cube - 2 * square + inside) * v0
-            + (3 * square - 2 * cube) * x1
-            + (cube - square) * v1
-        )
-        if hit.any():
-            position = np.where(hit, np.where(inside < moment, x0 + inside * v0, x1 - (1 - inside) * v1), position)
-        return position + beyond * np.where(beyond > 0, v1, v0) / step[..., None]
-
-    def _impact(self, index, step):
-        """Does an impact make the velocity jump inside the steps `index` (B, n, 1), and after which part of them (B, n, 1)?"""
-        if not self.pushed.any():  # a flight: nothing to be looked for at each sample
-            return np.zeros((1, 1, 1), bool), 0.0
-        who, step = np.arange(self.position.shape[1])[:, None], step[..., None]
-        after = self.velocity[index + 1, who] * step
-        jump = self.velocity[index, who] * step - after
-        size = np.sum(jump**2, axis=-1, keepdims=True)
-        hit = (size > (JUMP * step**2) ** 2) & self.pushed[index, who][..., None]  # no drag, however strong it is
-        way = self.position[index + 1, who] - self.position[index, who] - after
-        moment = np.sum(way * jump, axis=-1, keepdims=True) / np.where(size > 0, size, 1.0)
-        return hit, np.clip(moment, 0.0, 1.0)
-
-    def _places(self, times):
-        """(step that each of the times (B, n) lies in, its length [s], the part of it that has passed (B, n, 1) [-], the time
-        (B, n, 1) before the first or beyond the last node [s])."""
-        h = np.diff(self.times)
-        index = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, len(h) - 1)
-        step = h[index]
-        passed = (times - self.times[index]) / step
-        inside = np.clip(passed, 0.0, 1.0)
-        return index, step, inside[..., None], ((passed - inside) * step)[..., None]
+        """Position (B, n, 3) at times (B, n)."""
+        return self.observe(times)[0]
 
     def mean_acceleration(self, times, window):
         """Mean acceleration (B, n, 3) over a window (B, 1) about each of the times (B, n), within the track [m/s2]."""
@@ -117,3 +67,74 @@ class Track(NamedTuple):
         moment = share * step[index][..., None]
         pieces = start + np.minimum(since, moment) * before + np.maximum(since - moment, 0.0) * after
         return np.where(bent, pieces, start + since * within)
+
+
+@kernel
+def _observed(track, times):
+    position, orientation = np.empty((*times.shape, 3)), np.empty((*times.shape, 4))
+    for b in range(times.shape[0]):
+        for n in range(times.shape[1]):
+            place = _place(track.times, times[b, n])
+            impact = _impact(track, b, place)
+            put(position[b], n, _position(track, b, place, impact))
+            w, x, y, z = _orientation(track, b, place, impact)
+            orientation[b, n, 0], orientation[b, n, 1], orientation[b, n, 2], orientation[b, n, 3] = w, x, y, z
+    return position, orientation
+
+
+@leaf
+def _place(nodes, time):
+    """(step that a time lies in, its length [s], the part of it that has passed [-], the time before the first or beyond the last
+    node [s])."""
+    first, last = 0, len(nodes) - 1
+    while last - first > 1:
+        middle = (first + last) // 2
+        if nodes[middle] <= time:
+            first = middle
+        else:
+            last = middle
+    step = nodes[first + 1] - nodes[first]
+    passed = (time - nodes[first]) / step
+    inside = 0.0 if passed < 0.0 else 1.0 if passed > 1.0 else passed
+    return first, step, inside, (passed - inside) * step
+
+
+@leaf
+def _impact(track, b, place):
+    """(does an impact make the velocity of body b jump inside this step?, after which part of it)."""
+    k, step, _, _ = place
+    after = scaled(step, at(track.velocity[k + 1], b))
+    jump = minus(scaled(step, at(track.velocity[k], b)), after)
+    size = dot(jump, jump)
+    if not track.pushed[k, b] or not size > (JUMP * step * step) ** 2:  # no drag, however strong it is
+        return False, 0.0
+    way = minus(minus(at(track.position[k + 1], b), at(track.position[k], b)), after)
+    return True, min(max(dot(way, jump) / size, 0.0), 1.0)
+
+
+@leaf
+def _position(track, b, place, impact):
+    """Position of body b."""
+    (k, step, inside, beyond), (hit, moment) = place, impact
+    x0, v0 = at(track.position[k], b), at(track.velocity[k], b)
+    x1, v1 = at(track.position[k + 1], b), at(track.velocity[k + 1], b)
+    if hit:
+        there = along(x0, inside * step, v0) if inside < moment else along(x1, (inside - 1.0) * step, v1)
+    else:
+        square, cube = inside * inside, inside * inside * inside
+        leaving = along(scaled(2.0 * cube - 3.0 * square + 1.0, x0), (cube - 2.0 * square + inside) * step, v0)
+        there = plus(leaving, along(scaled(3.0 * square - 2.0 * cube, x1), (cube - square) * step, v1))
+    return along(there, beyond, v1 if beyond > 0.0 else v0)
+
+
+@leaf
+def _orientation(track, b, place, impact):
+    """Orientation of body b."""
+    (k, step, inside, beyond), (hit, moment) = place, impact
+    q0, q1 = quaternion(track.orientation[k], b), quaternion(track.orientation[k + 1], b)
+    if hit and beyond == 0.0 and inside < moment:
+        return one_product(one_exponential(scaled(inside * step, at(track.spin[k], b))), q0)
+    if hit and beyond == 0.0:
+        return one_product(one_exponential(scaled((inside - 1.0) * step, at(track.spin[k + 1], b))), q1)
+    turn = one_logarithm(one_product(q1, (q0[0], -q0[1], -q0[2], -q0[3])))
+    return one_product(one_exponential(scaled(inside + beyond / step, turn)), q0)
