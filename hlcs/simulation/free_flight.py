@@ -20,7 +20,7 @@ from minibullet import rotations
 from minibullet.bodies import Bodies
 from minibullet.dynamics.integrate import moved
 from minibullet.effects import AddedMass, contract
-from minibullet.effects.body import force_only
+from minibullet.effects.body import ConstantForce, force_only
 from minibullet.effects.fluid import Viscous, length_of
 from minibullet.kernels import leaf
 from minibullet.rotations import rotation_matrices
@@ -49,7 +49,7 @@ class Forces(NamedTuple):
     """Forces of some of the bodies."""
 
     rows: slice | np.ndarray  # which
-    answers: list[Callable]  # functions (bodies, time) -> wrenches
+    effects: list  # with a method forces(bodies, time) each
 
 
 def alike(entries):
@@ -88,8 +88,8 @@ def viscous_rates(bodies: Bodies, models):
     together = {}  # bodies -> what acts on them
     for (effect, _), numbers in holders(acting).items():
         its = np.concatenate([places[models[number][1]] for number in numbers])
-        together.setdefault(tuple(sorted(its)), []).append(effect.forces)
-    return rates, [Forces(rows_of(its), answers) for its, answers in together.items()]
+        together.setdefault(tuple(sorted(its)), []).append(effect)
+    return rates, [Forces(rows_of(its), effects) for its, effects in together.items()]
 
 
 def viscous_drags(effects):
@@ -125,10 +125,17 @@ def accelerations(bodies: Bodies, models, forces):
         elif added is not None:
             heavier.append((effects, rows))
     isotropic, n = np.allclose(bodies.inertia, bodies.inertia[:, :1]), len(bodies.mass)
-    parts = [(rows, some_of(bodies, rows), answers) for rows, answers in forces]
+    steady, parts = np.zeros((n, 6)), []
+    for rows, effects in forces:
+        part = some_of(bodies, rows)
+        for effect in effects:
+            if isinstance(effect, ConstantForce):
+                steady[rows] += effect.forces(part, 0.0)
+        acting = [effect.forces for effect in effects if not isinstance(effect, ConstantForce)]
+        parts += [(rows, part, acting)] if acting else []
 
     def rates(time, x, q, twist):
-        total = np.zeros((n, 6))
+        total = steady.copy()
         for rows, part, answers in parts:
             state, its = part._replace(position=x[rows], orientation=q[rows], twist=twist[rows]), total[rows]
             for answer in answers:
