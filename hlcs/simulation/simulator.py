@@ -1,6 +1,7 @@
 """Runs of a model, many initial states at a time: flights in one batch, runs with contacts beside each other in one World."""
 
 from dataclasses import replace
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -55,6 +56,24 @@ class Motion(NamedTuple):
     specific_force: np.ndarray | None = None  # read by an accelerometer at the centre of mass (n, 3) [m/s2]
 
 
+class Request(NamedTuple):
+    """Runs of one model that are asked for, and what acts in them."""
+
+    model: object  # a Model
+    initial_states: np.ndarray  # (B, 13)
+    owner: np.ndarray  # trial of each (B,)
+    time_step: float | None  # [s], None = the usual one
+    setups: list  # Setup of each
+    effects: list  # of each, a tuple
+    changes: list  # of what the camera sees
+
+    def of_runs(self, runs, time_step):
+        """Of some of the runs (indices), in these steps."""
+        setups, effects = ([its[run] for run in runs] for its in (self.setups, self.effects))
+        states, owner = self.initial_states[runs], self.owner[runs]
+        return self._replace(initial_states=states, owner=owner, time_step=time_step, setups=setups, effects=effects)
+
+
 class Simulator:
     """Runs a model for trials, many perturbed initial states at a time.
 
@@ -105,21 +124,26 @@ class Simulator:
         task = current_task()
         if task is not None:
             return task.ask(requests)
-        answers = [[None] * len(request[1]) for request in requests]
-        compatible = {}  # (time step, what else must be equal) -> [(index of the request, its runs)]
-        for index, request in enumerate(requests):
+        answers, compatible = [], {}  # the latter: (time step, what else must be equal) -> [(index of the request, its runs)]
+        for index, asked in enumerate(requests):
+            try:
+                request = self._set_up(*asked)
+            except InputError as error:
+                answers.append(error)
+                continue
+            answers.append([None] * len(request.owner))
             for step, key, runs in self._in_a_world(request) if self.contact else self._in_a_flight(index, request):
-                compatible.setdefault((step, key), []).append((index, runs))
+                compatible.setdefault((step, key), []).append((index, request.of_runs(runs, step), runs))
         for (time_step, _), members in compatible.items():
-            size = np.cumsum([0] + [len(runs) for _, runs in members])[:-1]
+            size = np.cumsum([0] + [len(runs) for *_, runs in members])[:-1]
             if self.contact:
                 batch = size // MOST_IN_A_WORLD
             else:
                 batch = size * int(np.max(self.durations) / (time_step or self.time_step) + 2) // MOST_FLOWN
             for number in np.unique(batch):
                 inside = [member for member, its in zip(members, batch, strict=True) if its == number]
-                parts = [(requests[k][0], requests[k][1][runs], requests[k][2][runs], time_step) for k, runs in inside]
-                for (index, runs), answer in zip(inside, self._batch_or_errors(parts), strict=True):
+                found = self._batch_or_errors([request for _, request, _ in inside])
+                for (index, _, runs), answer in zip(inside, found, strict=True):
                     if isinstance(answer, Exception):
                         answers[index] = answer
                     elif not isinstance(answers[index], Exception):
@@ -138,16 +162,15 @@ class Simulator:
             return self._batch_or_errors(requests[:half]) + self._batch_or_errors(requests[half:])
 
     def _in_a_world(self, request):
-        """[(time step, duration class, runs)] of a request with contacts."""
-        owner, step = request[2], request[3] or self.time_step
+        """[(time step, duration class, runs)] of a Request with contacts."""
+        owner, step = request.owner, request.time_step or self.time_step
         its = np.column_stack([self.halvings[owner], self.duration_class[owner]])
         return [(step / 2.0 ** key[0], key[1], np.flatnonzero((its == key).all(axis=1))) for key in np.unique(its, axis=0)]
 
     def _in_a_flight(self, index, request):
         """[(time step, what runs that fly together have in common, runs)]: the same surroundings, save that floors may differ
         where no effect reads them. A model whose first steps are short flies alone: its steps are not to depend on others."""
-        model, initial_states, owner, time_step = request
-        floors_matter = bool({"wall_drag", "ground_cushion"} & set(model.names))
+        owner, floors_matter = request.owner, bool({"wall_drag", "ground_cushion"} & set(request.model.names))
         shared = {}
         for b, who in enumerate(owner):
             surroundings = self.trials[who].surroundings
@@ -155,30 +178,19 @@ class Simulator:
             shared.setdefault(key, []).append(b)
         steps, found = np.ceil(self.durations / self.time_step).astype(int) + 1, []
         for key, members in shared.items():
-            alone = self._decays_at_once(model, initial_states[members], owner[members], time_step or self.time_step)
+            alone = _decays_at_once(request.of_runs(members, request.time_step or self.time_step))
             shared_with = key, index if alone else None
-            found += [(time_step, shared_with, np.array(part)) for part in partition(members, steps[owner], MOST_FLOWN)]
+            found += [(request.time_step, shared_with, np.array(part)) for part in partition(members, steps[owner], MOST_FLOWN)]
         return found
 
-    def _decays_at_once(self, model, initial_states, owner, step):
-        """Does a drag slow a body so fast that its flight begins with steps shorter than `step` [s]?"""
-        setups, effects, _ = self._set_up(model, owner)
-        bodies = _flying([rigid_body(setup.body) for setup in setups], initial_states)
-        with np.errstate(all="ignore"):
-            return step_lengths(step, step, Split.of(bodies, alike(effects), step).fastest)[0] < step
-
     def _batch(self, requests):
-        """Answers to requests that share a time step, all runs in one simulation."""
-        setups, effects, changes, spans = [], [], [], []
-        for model, _, owner, _ in requests:
-            its_setups, its_effects, its_changes = self._set_up(model, owner)
-            spans.append(slice(len(setups), len(setups) + len(owner)))
-            setups += its_setups
-            effects += its_effects
-            changes.append(its_changes)
+        """Answers to Requests that share a time step, all runs in one simulation."""
+        ends = np.cumsum([0] + [len(request.owner) for request in requests])
+        spans, changes = [slice(*its) for its in pairwise(ends.tolist())], [request.changes for request in requests]
         initial_states, owner = (np.concatenate([request[part] for request in requests]) for part in (1, 2))
+        setups, effects = ([one for request in requests for one in request[part]] for part in (4, 5))
         samples = [self.trials[who].times - self.start_time[who] for who in owner]
-        step = requests[0][3] or self.time_step
+        step = requests[0].time_step or self.time_step
         duration = last = max(max(float(times.max()) for times in samples), step)
         for span, its_changes in zip(spans, changes, strict=True):
             if its_changes:  # a clock that is late shows what came after
@@ -192,8 +204,8 @@ class Simulator:
             for span, its_changes in zip(spans, changes, strict=True)
         ]
 
-    def _set_up(self, model, owner):
-        """(Setup of every run, effects of every run, changes of what the camera sees) of one request."""
+    def _set_up(self, model, initial_states, owner, time_step):
+        """The Request."""
         built, setups = {}, {}  # by surroundings, by trial
         for who in owner:
             trial = self.trials[who]
@@ -205,7 +217,8 @@ class Simulator:
                     setup = change.setup(setup)
                 setups[who] = setup
         effects = [built[self.trials[who].surroundings][0] for who in owner]
-        return [setups[who] for who in owner], effects, built[self.trials[owner[0]].surroundings][2]
+        changes = built[self.trials[owner[0]].surroundings][2]
+        return Request(model, initial_states, owner, time_step, [setups[who] for who in owner], effects, changes)
 
     def _observe(self, track, span, changes, samples, initial_states, owner, effects):
         """What camera and accelerometer saw of the runs `span` of a Track, [Motion]; samples: their times."""
@@ -303,6 +316,13 @@ def _flight(bodies, initial_states, effects, duration, step):
         track = fly_each(_flying(bodies, initial_states), effects, duration, step)
     back = rotations.conjugate(np.array([body.turn for body in bodies]))
     return track._replace(orientation=rotations.product(track.orientation, back))
+
+
+def _decays_at_once(request):
+    """Does a drag slow a body so fast that its flight begins with steps shorter than those of the Request?"""
+    bodies, step = _flying([rigid_body(setup.body) for setup in request.setups], request.initial_states), request.time_step
+    with np.errstate(all="ignore"):
+        return step_lengths(step, step, Split.of(bodies, alike(request.effects), step).fastest)[0] < step
 
 
 def _flying(bodies, initial_states):
