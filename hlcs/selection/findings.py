@@ -39,7 +39,7 @@ def _finding(sets, name, cosines):
     elif holding is not None:
         evidence = search.cost(frozenset()) - search.cost(holding)
     else:
-        evidence = search.cost(frozenset()) - search.foreseen[alone][0].cost if alone in search.foreseen else None
+        evidence = search.cost(frozenset()) - _foreseen(search, alone)[0].cost if alone in search.foreseen else None
     left = remains(sets, name, holding)
     why = _explained(sets, name, same, holding, evidence, left)
     entry, fluid = search.candidates[name], getattr(getattr(problem.trials[0], "surroundings", None), "fluid", "air")
@@ -78,14 +78,23 @@ def remains(sets, name, holding):
         members = alone if alone in search.fits or alone in search.foreseen else holding
     if members is None:
         return {}
-    if fit := search.fits.get(members):
-        chi2, error = fit.chi2, fitted_error(search.problem, fit)
-    else:
-        proposal, fit = search.foreseen[members]
-        chi2, error = max(misfit(fit) - proposal.fall, 0.0), None
     count = sum(len(search.candidates[member].free) for member in members)
-    left = {"effects": sorted(members), "numbers": count, "chi2_per_freedom": chi2 / fit.freedom, "error": error}
+    if fit := search.fits.get(members):
+        chi2, error, freedom = fit.chi2, fitted_error(search.problem, fit), fit.freedom
+    else:
+        proposal, fit = _foreseen(search, members)
+        chi2, error, freedom = max(misfit(fit) - proposal.fall, 0.0), None, max(fit.freedom + len(fit.estimate) - count, 1)
+    left = {"effects": sorted(members), "numbers": count, "chi2_per_freedom": chi2 / freedom, "error": error}
     return left | {"foreseen": members not in search.fits} if np.isfinite(chi2) else {}
+
+
+def _foreseen(search, members):
+    """(Proposal, Fit) of a set that was not fitted: by the model under test where that foresees it, since from a fit of other
+    effects the way back to where these are not is long, and slopes promise what no fit would find."""
+    there = search.models.get(frozenset())
+    if there and there.foresees(members):
+        return there.proposal(members), search.base
+    return search.foreseen[members]
 
 
 def set_label(candidate, others):
