@@ -281,8 +281,8 @@ class Search:
         explains the data, a linear model promises much and keeps little. It may promise too little as well: in flight by what a
         look there shows; through contacts, of a set that holds none of the best ones, by as much more of all that it takes away
         as fits found, and a twin of what explains the data is fitted. There, where a fit costs a hundred times as much, a set
-        must also be borne out where what it replaces is not, and be foreseen to take away so much of the excess that the verdict
-        would name it, while the best fit leaves more than noise.
+        must also be borne out where what it replaces is not. There, and in flight once the best set was judged to leave more than
+        noise, it must be foreseen to take away so much of the excess that the verdict would name it.
         """
         contact, rough = self.problem.simulator.contact, left_by_segments(self.problem)
         lost = self.lost(proposal, parent)
@@ -296,7 +296,7 @@ class Search:
             return False
         if self.adorned(proposal, parent):
             return False
-        if not contact or explained:
+        if explained or not (contact or self.overdispersion > 1):
             return True
         fall = misfit(self.base) - misfit(parent) + proposal.fall - lost
         return fall > HELPS * self.excess(self.base) * (1.0 if self.found else FORESEEN)
