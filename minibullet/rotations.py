@@ -18,7 +18,9 @@ IDENTITY.setflags(write=False)
 
 def product(a, b):
     """Hamilton product a b: turn by b first, then by a. (..., 4), (..., 4) -> (..., 4)."""
-    a, b = np.broadcast_arrays(np.asarray(a, dtype=float), np.asarray(b, dtype=float))
+    a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
+    if a.shape != b.shape:
+        a, b = map(np.array, np.broadcast_arrays(a, b))
     return _products(np.ascontiguousarray(a).reshape(-1, 4), np.ascontiguousarray(b).reshape(-1, 4)).reshape(a.shape)
 
 
