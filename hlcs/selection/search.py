@@ -149,8 +149,9 @@ class Search:
             if (best := self.ranked()[0]) not in self.models:  # it has changed with what the file implies beside it
                 continue
             limit, explained = self.cost(best) + self.reach(), self.noise_alone(self.fits[best])
-            costs = self.costs_of_parts(best)
-            promising = [each for each in self.open_proposals() if self.promising(*each, limit, explained, costs)]
+            known = limit, explained, self.costs_of_parts(best)
+            promising = [each for each in self.open_proposals() if self.promising(*each, *known)]
+            promising.sort(key=lambda each: (self.hoped(*each, *known), sorted(each[0].effects)))
             self.budget.left_out = len(promising)
             if not promising or pause(best, promising[0][0].cost):
                 break
@@ -277,32 +278,38 @@ class Search:
         """May a set do as well as the best, cost no more than `limit`, and do better than each part of it that is fitted, by
         more than fits leave? explained: does the best leave nothing but noise? costs: of what is fitted, as `costs_of_parts`.
 
-        What is foreseen to fall counts by the share that the fits of such sets found of it: where chi2 is rough, or nothing
-        explains the data, a linear model promises much and keeps little. It may promise too little as well: in flight by what a
-        look there shows; through contacts, of a set that holds none of the best ones, by as much more of all that it takes away
-        as fits found, and a twin of what explains the data is fitted. There, where a fit costs a hundred times as much, a set
-        must also be borne out where what it replaces is not. There, and in flight once the best set was judged to leave more than
-        noise, it must be foreseen to take away so much of the excess that the verdict would name it.
+        Through contacts, where a fit costs a hundred times as much, a set must also be borne out where what it replaces is not.
+        There, and in flight once the best set was judged to leave more than noise, it must be foreseen to take away so much of
+        the excess that the verdict would name it.
         """
         contact, rough = self.problem.simulator.contact, left_by_segments(self.problem)
-        lost = self.lost(proposal, parent)
         parts = [cost - rough for known, cost in costs.items() if known < proposal.effects]
-        more = 0.0 if explained or proposal.effects in self.fits else self.unsure.get(proposal.effects, 0.0)
-        if contact and explained and proposal.effects in self.twins:
-            more = np.inf
-        elif contact and min(parts, default=np.inf) > limit:
-            more = max((self.share_found(self.base) - 1) * (misfit(self.base) - misfit(parent) + proposal.fall), 0.0)
-        if not proposal.cost + lost - more < min([limit, *parts]) or contact and not self.borne_out(proposal, parent):
+        if not self.hoped(proposal, parent, limit, explained, costs) < min([limit, *parts]) or self.adorned(proposal, parent):
             return False
-        if self.adorned(proposal, parent):
+        if contact and not self.borne_out(proposal, parent):
             return False
         if explained or not (contact or self.overdispersion > 1):
             return True
-        fall = misfit(self.base) - misfit(parent) + proposal.fall - lost
+        fall = misfit(self.base) - misfit(parent) + proposal.fall - self.lost(proposal, parent)
         return fall > HELPS * self.excess(self.base) * (1.0 if self.found else FORESEEN)
 
+    def hoped(self, proposal, parent, limit, explained, costs):
+        """The least that a set may cost. A linear model may promise too little: in flight by what a look there shows; through
+        contacts, of a set that holds none of the best ones, by as much more of all that it takes away as fits found, of a single
+        effect by FORESEEN of it at least, and a twin of what explains the data is fitted whatever is foreseen."""
+        effects, contact, rough = proposal.effects, self.problem.simulator.contact, left_by_segments(self.problem)
+        more = 0.0 if explained or effects in self.fits else self.unsure.get(effects, 0.0)
+        if contact and explained and effects in self.twins:
+            more = np.inf
+        elif contact and all(cost - rough > limit for known, cost in costs.items() if known < effects):
+            single = effects not in self.fits and len(effects - self.implied) == 1
+            share = max(self.share_found(self.base) - 1, FORESEEN if single else 0.0)
+            more = max(share * (misfit(self.base) - misfit(parent) + proposal.fall), 0.0)
+        return self.likely((proposal, parent)) - more
+
     def lost(self, proposal, parent):
-        """What fits will not find of a fall that is foreseen, by those of the sets that brought one of its effects there."""
+        """What fits will not find of a fall that is foreseen, by those of the sets that brought one of its effects there: where
+        chi2 is rough, or nothing explains the data, a linear model promises much and keeps little."""
         share = self.share_found(parent, proposal.effects - set(parent.model.numbers))
         return max(1 - share, 0.0) * max(proposal.fall, 0.0)
 
@@ -319,25 +326,18 @@ class Search:
         return float(np.median(found / foreseen))
 
     def open_proposals(self):
-        """[(Proposal, Fit it was foreseen from)] of the sets that are not fitted yet, the cheapest first; and once more of those
-        whose fit got stuck, where another one foresees them at far less."""
+        """[(Proposal, Fit it was foreseen from)] of the sets that are not fitted yet; and once more of those whose fit got stuck,
+        where another one foresees them at far less."""
 
         def stuck(effects, proposal, parent):
             anew = all(parent is not known for known in self.begun.get(effects, ()))
             return anew and self.cost(effects) > proposal.cost + REACH
 
-        waiting = [
+        return [
             (proposal, parent)
             for effects, (proposal, parent) in self.foreseen.items()
             if effects not in self.closed and (effects not in self.fits or stuck(effects, proposal, parent))
         ]
-
-        def order(each):
-            effects = each[0].effects
-            unsure = 0.0 if effects in self.fits else self.unsure.get(effects, 0.0)
-            return self.likely(each) - unsure, sorted(effects)
-
-        return sorted(waiting, key=order)
 
     def expand(self):
         """Foresee neighbours of the best fitted sets: where it explains the data of the best and those told beside it, which have
