@@ -19,7 +19,7 @@ from hlcs.selection.preview import HERE, misfit
 from hlcs.selection.renewal import affordable, due, kept, renewed
 from hlcs.selection.search import Search
 from hlcs.selection.sets import FittedSets
-from hlcs.selection.thresholds import ODDS, REACH, TIED
+from hlcs.selection.thresholds import FORESEEN, ODDS, REACH, TIED
 from hlcs.simulation.model import Model
 from minibullet import effects
 from minibullet.errors import InputError
@@ -144,6 +144,18 @@ def test_past_its_limit_a_search_fits_no_twin_that_is_foreseen_far_off(generator
         search, "open_proposals", lambda: [(each._replace(cost=each.cost + dearer), fit) for each, fit in waiting()]
     )
     assert (twin in search.run().fits) == fitted
+
+
+def test_through_contacts_a_single_effect_may_do_more_than_is_foreseen(generator, monkeypatch):
+    """By a fifth of its fall; of a pair, and of what holds the best set, what is foreseen counts."""
+    search = sets(0.3, generator).search
+    best = search.ranked()[0]
+    monkeypatch.setattr(search.problem.simulator, "contact", True)
+    search.found = {}  # no fit has shown how much of a fall is found
+    known = search.cost(best) + REACH, True, search.costs_of_parts(best)
+    for names, more in (({"another"}, FORESEEN * 100.0), ({"another", "third"}, 0.0), (best | {"another"}, 0.0)):
+        proposal = Proposal(1000.0, frozenset(names), {}, 100.0)
+        assert search.hoped(proposal, search.base, *known) == pytest.approx(1000.0 - more)
 
 
 def test_a_fit_begins_no_farther_off_than_the_misfit_allows():
