@@ -87,7 +87,7 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
         model=best.model,
         pictures=experiment.pictures(problem, table_before, table_after),
         notes=(*said, *_doubts(best, parameters), *search.budget.notes()),
-        sets=tuple(_described(sets, members, errors, parameters) for members in sets.tied),
+        sets=tuple(_described(sets, members, told[members], errors, parameters) for members in sets.tied),
         inclusion=sets.inclusion,
         explained=explained(base, final),
         learned=learned,
@@ -249,8 +249,9 @@ def left_over(tolerance, unit, error, noise):
     return {"value": tolerance, "unit": unit, "left": left, "met": left <= tolerance}
 
 
-def _described(sets, members, errors, parameters):
-    """One of the fitted sets, as in the result file; a number that is withheld from its parameters is None there too."""
+def _described(sets, members, told, errors, parameters):
+    """One of the fitted sets, as in the result file, with the numbers of the fit that is told of it; one that is withheld from
+    the parameters is None here too."""
     fit = sets.search.fits[members]
     known = {(name, key): entry["value"] for name, numbers in parameters.items() for key, entry in numbers.items()}
     return {
@@ -260,7 +261,7 @@ def _described(sets, members, errors, parameters):
         "held_out": errors(fit),
         "parameters": {
             name: {key: None if known.get((name, key), value) is None else value for key, value in numbers.items()}
-            for name, numbers in fit.model.numbers.items()
+            for name, numbers in told.model.numbers.items()
         },
     }
 

@@ -11,11 +11,11 @@ from scipy import stats
 
 from hlcs.effects import Free
 from hlcs.estimation.cross_validation import CrossValidation
-from hlcs.estimation.fitting import fit_at
+from hlcs.estimation.fitting import fit_at, with_values
 from hlcs.selection.search import Search
 from hlcs.selection.sets import FittedSets, interval
 from hlcs.selection.thresholds import TIED
-from hlcs.selection.verdict import _doubts, _parameters, adequate_ones, best_set, finals, learned_law
+from hlcs.selection.verdict import _described, _doubts, _parameters, adequate_ones, best_set, finals, learned_law
 from hlcs.simulation.model import Model
 
 
@@ -235,6 +235,18 @@ def test_a_number_of_what_absorbs_is_told_by_its_final_fit(generator):
     # twice the error, and the square root of the overdispersion, 2
     reach = stats.t.ppf(0.95, told[sets.best].freedom)
     assert number["high"] - number["value"] == pytest.approx(reach * 2 * np.sqrt(2 * fit.covariance[0, 0]), rel=1e-3)
+
+
+def test_the_numbers_of_a_set_are_those_of_the_fit_that_is_told_of_it(generator):
+    """What the search found, made final, has its number 0.1 farther; it costs what it did among the sets."""
+    times = [np.linspace(0.0, 2.0, 25) for _ in range(4)]
+    problem = Bend(times, [0.3 * t + 0.05 * generator.standard_normal(25) for t in times], 0.05, ["a", "b", "a", "b"])
+    search = Search(problem, [LAWS["linear_drag"]], problem.fit(Model())).run()
+    sets = FittedSets(search, CrossValidation(problem.trials, "group"))
+    fit = search.fits[sets.best]
+    told = replace(fit, model=with_values(fit.model, fit.estimate + 0.1))
+    entry = _described(sets, sets.best, told, lambda fit: 0.0, {})
+    assert entry["parameters"] == {"linear_drag": {"rate": fit.estimate[0] + 0.1}} and entry["chi2"] == fit.chi2
 
 
 def test_an_interval_over_two_sets_is_that_of_their_mixture():
