@@ -26,6 +26,7 @@ CAUTIOUS = (1.0, 0.3, 0.1)  # parts of a step of an initial state that are tried
 FIRM = 0.01  # what columns tell of a direction, of what they tell best, below which a long way along it shows nothing of the data
 ENDS = 2.0  # standard errors to both sides at which intervals through contacts are measured: 1.645 is the end of a 90 % interval
 NO_NEARER = 2  # linearisations in a row that promise no end within the limit and come not half as near to it: a fit is given up
+SHOWN = 1.0  # fall of chi2 from a fit to an end of its intervals that shows it at no minimum: that of one standard error
 ALIKE = 0.2  # relative change of the standard errors from one measurement of them to the next below which they are known
 MEASURED = 4  # such measurements at most
 REACHES = 8  # that are tried along an axis at most: the first of them come nearer by a factor of 4 at most
@@ -228,15 +229,28 @@ class Ends(NamedTuple):
         return self._replace(shown=self.reach, change=self.change * self.shown / self.reach)
 
 
-def measured_errors(problem, fit):
+def measured_errors(problem, found):
+    """The Fit that was found with the covariance that residuals at the ends of its intervals show; where they fit better there
+    it had come to no minimum, and what is found from there is told instead."""
+    for _ in range(MEASURED):
+        path = Elimination(problem, found.model, found.initial_states)
+        stood, measured = path.best[0], seen_at_ends(path, found)
+        left, values, states = path.best
+        if not left < stood - SHOWN:
+            break
+        found = fit(problem, with_values(found.model, values), states)
+    return measured
+
+
+def seen_at_ends(path, fit):
     """The Fit with the covariance that residuals at the ends of its intervals show, the initial states fitted anew there.
 
     Through contacts the columns of two numbers that hide each other are rough where each alone moves the impacts. They look less
     alike than they are, and the intervals of both too narrow. Along what the two can do together the impacts stay: so the ends
     are those of the principal axes of the covariance, found anew until it agrees with its own ends. Where it never does, what the
-    data tell depends on where one looks, and of each number the widest error that was seen is told.
+    data tell depends on where one looks, and of each number the widest error that was seen is told. path: the Elimination there.
     """
-    path, covariance, seen = Elimination(problem, fit.model, fit.initial_states), fit.covariance, []
+    covariance, seen = fit.covariance, []
     units = np.outer(path.spread, path.spread)
     for _ in range(MEASURED):
         variances, axes = np.linalg.eigh(covariance / units)

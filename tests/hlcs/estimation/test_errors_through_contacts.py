@@ -78,3 +78,17 @@ def test_a_friction_at_which_a_ball_grips_its_floor_is_bounded_from_below_alone(
     down, up = 2 * np.sqrt(fit.covariance[0, 0]) * fit.sides[:, 0]
     slides = 2 / 7 * along / ((1 + rebound) * speed)
     assert 0.8 < down / (0.1 - slides) < 1.2**2 and up > 0.3
+
+
+def test_numbers_that_fit_better_at_an_end_of_their_interval_go_on_from_there(tmp_path):
+    """At 1.5 standard errors beside the truth the end at two of them leaves 0.25 of chi2 and the fit 2.25, a difference that
+    shows: the number goes on to the truth, which fits end short of by 0.3 of chi2 at most, half a standard error."""
+    measurement, problem, states = rolls(tmp_path, (0.3, 2.4))
+    rolling = candidates_for(measurement, True, ["rolling_friction"])[0][0]
+
+    def at(arm):
+        model = Model((Term(rolling, (("arm", arm),)),), time_step=measurement.file.time_step)
+        return fit_at(model, states, problem.linearise(model, states))
+
+    error = np.sqrt(at(ARM).covariance[0, 0])
+    assert measured_errors(problem, at(ARM + 1.5 * error)).estimate[0] == pytest.approx(ARM, abs=0.55 * error)
