@@ -172,7 +172,7 @@ class Search:
     def fit_first(self):
         """Fit the sets that nothing foresees, what the file implies beside them, that which leaves least where it begins first.
 
-        In flight all of them, through contacts until one explains the data, and whatever leaves as little there as the first.
+        In flight all, through contacts until one explains the data, and what leaves as little there as the first; none that does.
         """
         begun = []
         for numbers, states in self.first:
@@ -183,7 +183,8 @@ class Search:
         begun.sort(key=lambda each: each[:2])
         for left, names, numbers, states in begun:
             explained = self.problem.simulator.contact and self.noise_alone(self.fits[self.ranked()[0]])
-            if left < begun[0][0] + REACH or not explained:
+            known = self.fits.get(frozenset(names))
+            if not (known and self.excess(known) < 0) and (left < begun[0][0] + REACH or not explained):
                 self.fit_sets([(Proposal(np.inf, frozenset(names), numbers), self.base)], states)
         self.first = ()
 
