@@ -4,13 +4,18 @@ from hlcs.selection.preview import misfit
 from hlcs.selection.thresholds import HELPS, TIED
 
 
-def due(search, looked, best, promised):
+def due(search, looked, best, promised, by_step=lambda fit: 0.0):
     """Is it time to look anew at single samples and numerics, beside the best set? What the misfit of a worse model did to them
     is nothing to explain, so where the best leaves less than half of the excess of those that were looked at. But first comes
-    what is foreseen to explain half of what it leaves; promised: the least that a set is foreseen to cost."""
+    what is foreseen to explain half of what it leaves, if the error of the time step does not do so too.
+
+    promised: the least that a set is foreseen to cost; by_step: function fit -> chi2 that this error is worth.
+    """
     left = min(search.excess(search.fits[effects]) for effects in looked if effects in search.fits)
     now = search.excess(search.fits[best])
-    return left > 0 and now < HELPS * left and not search.cost(best) - promised > HELPS * now > 0
+    if not (left > 0 and now < HELPS * left):
+        return False
+    return not search.cost(best) - promised > HELPS * now > 0 or by_step(search.fits[best]) > HELPS * now
 
 
 def renewed(search, begun):

@@ -29,7 +29,7 @@ from hlcs.kinds.trajectories.sinking import drags_between_impacts, drags_shown
 from hlcs.kinds.trajectories.spinning import spin_losses_shown
 from hlcs.kinds.trajectories.stated_starts import starts_shown
 from hlcs.kinds.trajectories.thinning import on_all_rows, thinned
-from hlcs.kinds.trajectories.time_step import alone, polisher, with_step_error
+from hlcs.kinds.trajectories.time_step import alone, misfit_by_step, polisher, with_step_error
 from hlcs.learning import learn
 from hlcs.records import Reason
 from hlcs.rendering import Pictures
@@ -176,7 +176,8 @@ class Trajectories:
             search, looked = begun(base=prepared.base, first=first), [frozenset()]
 
             def pause(best, promised):
-                return not few_fits and len(looked) <= LOOKS and due(search, looked, best, promised)
+                by_step = partial(misfit_by_step, search.problem)
+                return not few_fits and len(looked) <= LOOKS and due(search, looked, best, promised, by_step)
 
             while (best := search.run(pause).ranked()[0]) not in looked and len(looked) <= 2 * LOOKS:
                 if search.budget.stopped or few_fits and not affordable(search):

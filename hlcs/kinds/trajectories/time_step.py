@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from hlcs.estimation.fitting import measured_errors
+from hlcs.estimation.least_squares import least_squares
 from hlcs.estimation.multiple_shooting import ROUNDS, improve_for, refit_initial_states
 from hlcs.estimation.segment_profiles import profiled
 from hlcs.estimation.segments import carried, split_lost
@@ -209,6 +210,21 @@ def _aside(problem, fit, better):
         return fit  # what a shorter step cannot simulate loses no finished fit
     finally:
         problem.simulator.time_step, problem.step_change = known
+
+
+def misfit_by_step(problem, fit):
+    """chi2 that the error of the time step leaves in a fit of flights, whose starts and numbers take the rest, as one run in half
+    of the step shows; through contacts 0: there predictions are corrected for it."""
+    simulator = problem.simulator
+    if simulator.contact:
+        return 0.0
+    try:
+        finer = simulator.simulate(fit.model, fit.initial_states, np.arange(len(problem.trials)), simulator.time_step / 2)
+    except InputError:
+        return 0.0  # what a shorter step cannot simulate no look would mend
+    white = problem.whitened(problem.changes(fit.linearization.trajectories, finer))
+    columns, change = map(np.concatenate, (fit.linearization.projected[1], fit.linearization.without_states(white)))
+    return float(change @ change) - least_squares(columns, change).gain if np.isfinite(change).all() else 0.0
 
 
 def prediction_shift(problem, first, second):

@@ -283,6 +283,21 @@ def test_of_what_nothing_foresees_all_is_fitted_in_flight_and_through_contacts_u
     assert len(search.fits) == 1 + (1 if contact else 2)
 
 
+def test_a_first_set_that_leaves_noise_alone_is_fitted_from_no_other_start(monkeypatch):
+    """A line from its own slope, and from one far off."""
+    problem = Line(TIMES, [3.0 * t for t in TIMES], 0.1)
+    first = [({"linear_drag": {"rate": rate}}, None) for rate in (3.0, 50.0)]
+    search, fit, begun = Search(problem, [RATE], problem.fit(Model()), first=first), problem.fit, []
+
+    def counted(model, *given):
+        begun.append(model.numbers)
+        return fit(model, *given)
+
+    monkeypatch.setattr(problem, "fit", counted)
+    search.fit_first()
+    assert begun == [{"linear_drag": {"rate": 3.0}}] and search.noise_alone(search.fits[frozenset({"linear_drag"})])
+
+
 @pytest.mark.parametrize(("rate", "first"), [(4.0, True), (0.001, False)])
 def test_a_law_of_which_one_look_shows_more_than_is_foreseen_is_fitted_first(rate, first):
     """A path that goes with r + r^2: from no law on, its slope of 20 t at r = 4 is foreseen at r = 20, where it is 420 t. A small
@@ -460,13 +475,22 @@ def test_a_search_of_flights_begins_anew_with_what_the_best_explains_no_half_of(
 
 
 @pytest.mark.parametrize(
-    ("excess", "promised", "time"),
-    [(600.0, 0.0, False), (400.0, 0.0, True), (400.0, 150.0, True), (400.0, 250.0, False), (-50.0, 80.0, True)],
+    ("excess", "promised", "by_step", "time"),
+    [
+        (600.0, 0.0, 0.0, False),
+        (400.0, 0.0, 0.0, True),
+        (400.0, 150.0, 0.0, True),
+        (400.0, 250.0, 0.0, False),
+        (400.0, 250.0, 150.0, False),
+        (400.0, 250.0, 250.0, True),
+        (600.0, 0.0, 600.0, False),
+        (-50.0, 80.0, 0.0, True),
+    ],
 )
-def test_samples_are_looked_at_anew_where_less_than_half_is_left_and_nothing_is_foreseen_to_explain_half_of_that(
-    excess, promised, time
+def test_samples_are_looked_at_anew_where_less_than_half_is_left_and_no_law_but_the_step_of_time_explains_half_of_that(
+    excess, promised, by_step, time
 ):
     """The model under test leaves an excess of 1000; where noise alone is left, nothing comes before a look."""
     law = frozenset({"linear_drag"})
     search = SimpleNamespace(fits={frozenset(): 1000.0, law: excess}, excess=lambda fit: fit, cost=lambda effects: 5000.0)
-    assert due(search, [frozenset()], law, 5000.0 - promised) == time
+    assert due(search, [frozenset()], law, 5000.0 - promised, lambda fit: by_step) == time

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from throws import G
+from throws import G, write_throws
 
 from hlcs.data.experiment_file import read_experiment_file
 from hlcs.data.recordings import read_recordings
@@ -13,7 +13,7 @@ from hlcs.estimation.correlated_noise import CorrelatedNoise
 from hlcs.estimation.noise_model import Noise
 from hlcs.kinds.trajectories import time_step
 from hlcs.kinds.trajectories.preparation import posed
-from hlcs.kinds.trajectories.time_step import each_in_its_steps, polished, richardson, settling, with_step_error
+from hlcs.kinds.trajectories.time_step import each_in_its_steps, misfit_by_step, polished, richardson, settling, with_step_error
 from hlcs.selection.eligibility import candidates_for
 from hlcs.simulation.model import Model, Term
 from hlcs.simulation.simulator import Motion
@@ -136,3 +136,15 @@ def test_a_fit_that_leaves_far_more_than_the_step_moves_is_judged_as_it_is(tmp_p
     assert problem.step_change is not None and bare.reduced > 1000
     assert time_step.alone(problem, bare) is bare
     assert time_step.alone(problem, fit) is not fit
+
+
+def test_the_misfit_that_a_step_makes_in_flight_is_known_from_one_run_in_half_of_it(tmp_path):
+    """Throws through a medium that slows them as they go, no noise, in steps of 0.2 s: all that a fit leaves is the error of the
+    step, and half of a step of fourth order makes a sixteenth of it. In steps so long the next order adds a tenth."""
+    measurement = read_recordings(read_experiment_file(write_throws(tmp_path, 0.0, static=False, drag_per_metre=0.2)))
+    (law,), _ = candidates_for(measurement, False, ["quadratic_drag"])
+    model = Model((Term(law, (("drag_coefficient", 5.0),)),), time_step=0.2)
+    white = Noise(CorrelatedNoise(1e-5, 0.0, 0.0, np.zeros((3, 3))), None, 1 / 60, "stated")
+    problem = posed(measurement, white, model, False, 0.2)
+    fit = problem.fit(model)
+    assert misfit_by_step(problem, fit) == pytest.approx((15 / 16) ** 2 * fit.chi2, rel=0.2)
