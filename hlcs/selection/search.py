@@ -279,9 +279,9 @@ class Search:
         """May a set do as well as the best, cost no more than `limit`, and do better than each part of it that is fitted, by
         more than fits leave? explained: does the best leave nothing but noise? costs: of what is fitted, as `costs_of_parts`.
 
-        Through contacts, where a fit costs a hundred times as much, a set must also be borne out where what it replaces is not.
-        There, and in flight once the best set was judged to leave more than noise, it must be foreseen to take away so much of
-        the excess that the verdict would name it.
+        While it leaves more, a set must be foreseen to take away so much of the excess that the verdict would name it; a single
+        effect of a flight need not: what it absorbs is told. Through contacts, where a fit costs a hundred times as much, a set
+        must also be borne out where what it replaces is not.
         """
         contact, rough = self.problem.simulator.contact, left_by_segments(self.problem)
         parts = [cost - rough for known, cost in costs.items() if known < proposal.effects]
@@ -289,7 +289,7 @@ class Search:
             return False
         if contact and not self.borne_out(proposal, parent):
             return False
-        if explained or not (contact or self.overdispersion > 1):
+        if explained or not contact and len(proposal.effects - self.implied) == 1:
             return True
         fall = misfit(self.base) - misfit(parent) + proposal.fall - self.lost(proposal, parent)
         return fall > HELPS * self.excess(self.base) * (1.0 if self.found else FORESEEN)
