@@ -12,8 +12,9 @@ def refit(search, proposal, parent, states=None):
     """The best fit of a set, from where it was foreseen and, while more than noise is left, from elsewhere; None where no fit
     can be made. states: the initial states of a fit with the numbers of the proposal, where one was made before."""
     best, guess, seen, costs = None, search.problem.initial_guess(), [], []
+    contact = search.problem.simulator.contact
     # through contacts a fit that nothing foresaw may yet find its way; elsewhere what it promises is seen from afar
-    limited = np.isfinite(proposal.cost) or not search.problem.simulator.contact
+    limited = np.isfinite(proposal.cost) or not contact
     limit = partial(search.limit, proposal.effects) if limited else None
     if states is None:
         numbers = search.preview.nearer(proposal.numbers, parent)
@@ -38,7 +39,9 @@ def refit(search, proposal, parent, states=None):
         if fit.cost == min(costs) < np.inf:
             best = search.ended[proposal.effects] = fit
         met = best and best.converged and best.cost + search.price(proposal.effects, best) < proposal.cost + EQUAL
-        if again or met or best and search.noise_alone(best):
+        # in flight the states of a wrong model may lead to the wrong side of what acts: those that the data show come too
+        shown = contact or any(np.array_equal(there, guess) for _, there in seen)
+        if again or met and shown or best and search.noise_alone(best):
             break
     return best
 
