@@ -297,13 +297,13 @@ class Search:
     def hoped(self, proposal, parent, limit, explained, costs):
         """The least that a set may cost. A linear model may promise too little: in flight by what a look there shows; through
         contacts, of a set that holds none of the best ones, by as much more of all that it takes away as fits found, of a single
-        effect by FORESEEN of it at least, and a twin of what explains the data is fitted whatever is foreseen."""
+        effect by FORESEEN of it at least, but of segments, which fit by chance; a twin of what explains the data by anything."""
         effects, contact, rough = proposal.effects, self.problem.simulator.contact, left_by_segments(self.problem)
         more = 0.0 if explained or effects in self.fits else self.unsure.get(effects, 0.0)
         if contact and explained and effects in self.twins:
             more = np.inf
         elif contact and all(cost - rough > limit for known, cost in costs.items() if known < effects):
-            single = effects not in self.fits and len(effects - self.implied) == 1
+            single = not rough and effects not in self.fits and len(effects - self.implied) == 1
             share = max(self.share_found(self.base) - 1, FORESEEN if single else 0.0)
             more = max(share * (misfit(self.base) - misfit(parent) + proposal.fall), 0.0)
         return self.likely((proposal, parent)) - more

@@ -146,14 +146,17 @@ def test_past_its_limit_a_search_fits_no_twin_that_is_foreseen_far_off(generator
     assert (twin in search.run().fits) == fitted
 
 
-def test_through_contacts_a_single_effect_may_do_more_than_is_foreseen(generator, monkeypatch):
-    """By a fifth of its fall; of a pair, and of what holds the best set, what is foreseen counts."""
+@pytest.mark.parametrize("segmented", [False, True])
+def test_through_contacts_a_single_effect_may_do_more_than_is_foreseen(generator, monkeypatch, segmented):
+    """By a fifth of its fall; of a pair, of what holds the best set, and of segments what is foreseen counts."""
     search = sets(0.3, generator).search
     best = search.ranked()[0]
     monkeypatch.setattr(search.problem.simulator, "contact", True)
+    monkeypatch.setattr(search.problem, "segmented", segmented, raising=False)
     search.found = {}  # no fit has shown how much of a fall is found
     known = search.cost(best) + REACH, True, search.costs_of_parts(best)
-    for names, more in (({"another"}, FORESEEN * 100.0), ({"another", "third"}, 0.0), (best | {"another"}, 0.0)):
+    single = 0.0 if segmented else FORESEEN * 100.0
+    for names, more in (({"another"}, single), ({"another", "third"}, 0.0), (best | {"another"}, 0.0)):
         proposal = Proposal(1000.0, frozenset(names), {}, 100.0)
         assert search.hoped(proposal, search.base, *known) == pytest.approx(1000.0 - more)
 
