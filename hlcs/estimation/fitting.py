@@ -238,7 +238,7 @@ def measured_errors(problem, found):
         left, values, states = path.best
         if not left < stood - SHOWN:
             break
-        found = fit(problem, with_values(found.model, values), states)
+        found = replace(fit(problem, with_values(found.model, values), states), step_error=found.step_error)
     return measured
 
 
