@@ -4,7 +4,7 @@ from hlcs.selection.preview import misfit
 from hlcs.selection.thresholds import HELPS, TIED
 
 
-def due(search, looked, best, promised, by_step=lambda fit: 0.0):
+def due(search, looked, best, promised, by_step):
     """Is it time to look anew at single samples and numerics, beside the best set? What the misfit of a worse model did to them
     is nothing to explain, so where the best leaves less than half of the excess of those that were looked at. But first comes
     what is foreseen to explain half of what it leaves, if the error of the time step does not do so too.

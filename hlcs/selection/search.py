@@ -172,7 +172,7 @@ class Search:
     def fit_first(self):
         """Fit the sets that nothing foresees, what the file implies beside them, that which leaves least where it begins first.
 
-        In flight all, through contacts until one explains the data, and what leaves as little there as the first; none that does.
+        In flight all, through contacts until one explains the data, and what leaves as little there; none twice that does so.
         """
         begun = []
         for numbers, states in self.first:

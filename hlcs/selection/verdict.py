@@ -249,8 +249,8 @@ def left_over(tolerance, unit, error, noise):
     return {"value": tolerance, "unit": unit, "left": left, "met": left <= tolerance}
 
 
-def _described(sets, members, told, errors, parameters):
-    """One of the fitted sets, as in the result file, with the numbers of the fit that is told of it; one that is withheld from
+def _described(sets, members, final, errors, parameters):
+    """One of the fitted sets, as in the result file, with the numbers of its final fit; one that is withheld from
     the parameters is None here too."""
     fit = sets.search.fits[members]
     known = {(name, key): entry["value"] for name, numbers in parameters.items() for key, entry in numbers.items()}
@@ -261,7 +261,7 @@ def _described(sets, members, told, errors, parameters):
         "held_out": errors(fit),
         "parameters": {
             name: {key: None if known.get((name, key), value) is None else value for key, value in numbers.items()}
-            for name, numbers in told.model.numbers.items()
+            for name, numbers in final.model.numbers.items()
         },
     }
 
