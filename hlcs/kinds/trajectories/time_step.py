@@ -37,10 +37,8 @@ def refine(problem, fit):
     simulator = problem.simulator
     if simulator.contact:
         return corrected(problem, fit)
-    owner = np.arange(len(problem.trials))
     while True:
-        finer = simulator.simulate(fit.model, fit.initial_states, owner, time_step=simulator.time_step / 2)
-        shift = prediction_shift(problem, fit.linearization.trajectories, finer)
+        shift = in_sigma(changed_by_half(problem, fit), problem.recordings)
         if shift * np.sqrt(fit.count) < MOVED or simulator.time_step / 2 < FINEST:
             return fit, shift
         simulator.time_step /= 2
@@ -191,12 +189,10 @@ def with_step_error(problem, fit):
     shows, of the recordings whose body does not go another way there."""
     if not problem.simulator.contact or not fit.model.terms or problem.segmented:
         return fit
-    simulator, owner = problem.simulator, np.arange(len(problem.trials))
     try:
-        finer = simulator.simulate(fit.model, fit.initial_states, owner, time_step=simulator.time_step / 2)
+        left = _first_order(problem, changed_by_half(problem, fit))
     except InputError:
         return fit
-    left = _first_order(problem, problem.changes(fit.linearization.trajectories, finer))
     near = [in_sigma([part], [recording]) < NEAR for part, recording in zip(left, problem.recordings, strict=True)]
     return _left(problem, fit, [np.where(stays, part, 0.0) for part, stays in zip(left, near, strict=True)])
 
@@ -215,21 +211,21 @@ def _aside(problem, fit, better):
 def misfit_by_step(problem, fit):
     """chi2 that the error of the time step leaves in a fit of flights, whose starts and numbers take the rest, as one run in half
     of the step shows; through contacts 0: there predictions are corrected for it."""
-    simulator = problem.simulator
-    if simulator.contact:
+    if problem.simulator.contact:
         return 0.0
     try:
-        finer = simulator.simulate(fit.model, fit.initial_states, np.arange(len(problem.trials)), simulator.time_step / 2)
+        white = problem.whitened(changed_by_half(problem, fit))
     except InputError:
         return 0.0  # what a shorter step cannot simulate no look would mend
-    white = problem.whitened(problem.changes(fit.linearization.trajectories, finer))
     columns, change = map(np.concatenate, (fit.linearization.projected[1], fit.linearization.without_states(white)))
     return float(change @ change) - least_squares(columns, change).gain if np.isfinite(change).all() else 0.0
 
 
-def prediction_shift(problem, first, second):
-    """RMS difference of two simulations of all recordings [sigma]."""
-    return in_sigma(problem.changes(first, second), problem.recordings)
+def changed_by_half(problem, fit):
+    """What half a step changes in the predictions of a fit, list of (n_i,)."""
+    simulator, owner = problem.simulator, np.arange(len(problem.trials))
+    finer = simulator.simulate(fit.model, fit.initial_states, owner, time_step=simulator.time_step / 2)
+    return problem.changes(fit.linearization.trajectories, finer)
 
 
 def in_sigma(changes, recordings):
