@@ -76,10 +76,10 @@ def predict(experiment, inputs, model=None, effects=(), effects_file=None, allow
         raise InputError(
             f'predict: kind = "{file.kind}"; only a table of outcomes (kind = "outcomes") can be asked at other inputs'
         )
-    check_names(file, own)
     table = inputs_like(read_outcomes(file), inputs)
+    setups = outcome_motion.row_setups(file, table)
+    check_names(file, own, setups)
     check_table(file, table, own)
-    setups = [outcome_motion.row_setup(file, table.inputs, row) for row in range(len(table.values))]
     with np.errstate(all="ignore"):
         found = outcome_motion.outcomes(Model(fixed=file.effects, own=tuple(own)), setups, table.inputs, table.outcome)
     import pandas as pd

@@ -57,10 +57,9 @@ def fluids_told(file, moved):
     for key, what, unit, names in OF_FLUIDS:
         values = {getattr(each, key) for each in around if each.in_liquid} - {0.0}
         if len(values) > 1 and stated.isdisjoint(names):
-            where = "" if file.trials or getattr(file.surroundings, key) else f", and a {key} in [surroundings]"
             notes.append(
                 f"{what} of {min(values):g} to {max(values):g} {unit} are stated, and {' or '.join(names)} finds one for all: "
-                f'to take each as it is stated, write {{ name = "{names[0]}" }} without a number in [model] effects{where}'
+                f'to take each as it is stated, write {{ name = "{names[0]}" }} without a number in [model] effects'
             )
     return tuple(notes)
 

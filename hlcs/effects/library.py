@@ -63,6 +63,18 @@ def build_entry(entry, surroundings, own=()):
     return build(kind, values, surroundings)
 
 
+def as_stated(effects, seen, own=()):
+    """Entries of [model] effects, with the numbers that the surroundings of all that is `seen` state alike by another name, such
+    as the viscosity of a drag: {effect: entry}."""
+    alike = {name: {stated_otherwise(name, each.surroundings) for each in seen} for name in STATED_OTHERWISE}
+    stated = {name: next(iter(values))[0] for name, values in alike.items() if len(values) == 1 and () not in values}
+    found = {}
+    for entry in effects:
+        numbers = stated.keys() & parameters(class_named(entry["name"], own)).keys()
+        found[entry["name"]] = {name: stated[name] for name in sorted(numbers)} | entry
+    return found
+
+
 def entry_of(effect):
     """The entry of [model] effects of an effect, the inverse of `build_entry`; an entry is itself.
 
@@ -88,9 +100,12 @@ def _ends(known):
     return ends_of_law(-np.inf if known.low is None else known.low, known.null, (known.least, known.most), known.period)
 
 
-def check_names(file, own=()):
+def check_names(file, own=(), seen=()):
     """Refuse candidates and effects of an experiment file that nobody knows, effects without their numbers, or with numbers that
-    no law allows, by file and line; sentences on numbers that a law allows but nobody expects."""
+    no law allows, by file and line; sentences on numbers that a law allows but nobody expects.
+
+    seen: what has surroundings, where others than the recordings: the rows of a table.
+    """
     notes = []
     for names, key in (
         (file.candidates or (), "diagnose.candidates"),
@@ -103,15 +118,16 @@ def check_names(file, own=()):
                     class_named(entry, own)
                 else:
                     build_entry(entry, file.surroundings, own)
-                    _check_numbers(entry, file, own)
+                    _check_numbers(entry, file, own, seen or file.trials or (file,))
                     notes += [f"{file.place(key)}: {said}" for said in _doubts(entry, file, own)]
             except InputError as problem:
                 raise InputError(f"{file.place(key)}: {problem}") from None
     return tuple(notes)
 
 
-def _check_numbers(entry, file, own):
-    """InputError where an entry states none of the numbers of its effect, and these have no value of their own.
+def _check_numbers(entry, file, own, seen):
+    """InputError where an entry states none of the numbers of its effect, and these have no value of their own; seen: what has
+    surroundings.
 
     Then a default would be taken in silence, which most often means that the effect is not there at all.
     """
@@ -120,7 +136,7 @@ def _check_numbers(entry, file, own):
         *entry,
         *(key.partition(" ")[0] for key in entry),
         *(["fluid_density"] if file.surroundings.fluid_density > 0 else []),
-        *(name for name in STATED_OTHERWISE if all(stated_otherwise(name, each.surroundings) for each in file.trials or (file,))),
+        *(name for name in STATED_OTHERWISE if all(stated_otherwise(name, each.surroundings) for each in seen)),
     }  # as in `build_entry`
     ready = any(known.null not in (None, known.default) for known in numbers)  # a class of the user's may bring its value
     if numbers and not ready and said.isdisjoint(known.name for known in numbers):

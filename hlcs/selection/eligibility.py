@@ -8,7 +8,7 @@ import numpy as np
 import minibullet.effects as forces
 from hlcs.data.quantities import CHANNELS
 from hlcs.data.rigid_body import fluid_presumed, known_body, known_to_drag, rigid_body
-from hlcs.effects import candidate, wanted
+from hlcs.effects import as_stated, candidate, class_named, wanted
 from hlcs.effects.candidates import each_session, in_doubt, numbers_stated
 from hlcs.effects.contract import Change, DataNeed
 from hlcs.effects.measurement import LengthScale
@@ -97,12 +97,13 @@ def candidates_for(measurement, contact, names=None, own=()):
     # a drag must hold in every recording: the one of the largest Reynolds number speaks for all
     seen = [(trial.body, trial.surroundings, fastest(trial)) for trial in trials]
     body, surroundings, speed = max(seen, key=lambda each: (reynolds_numbers(*each)[1], each[1].fluid_density))
-    why = {kind: stated(kind, measurement.file) or obstacle(kind, shown) for kind in wanted(names, own)}
+    entries = as_stated(measurement.file.effects, trials, own)
+    why = {kind: stated(kind, entries, own) or obstacle(kind, shown) for kind in wanted(names, own)}
     why = with_drag_that_fits(why, body, surroundings, speed)
     heights = np.concatenate([trial.position[:, 2] for trial in trials])
     extent = float(np.nanmax(heights) - np.nanmin(heights)) if np.isfinite(heights).any() else 1.0
     drag_known = all(known_to_drag(trial.body) for trial in trials)
-    found, absent = eligible(why, measurement.file.effects, body, surroundings, drag_known, own, max(extent, 1e-3), speed)
+    found, absent = eligible(why, entries, body, surroundings, drag_known, own, max(extent, 1e-3), speed)
     sessions = sorted({trial.session for trial in trials} - {""})
     found = [each_session(entry, sessions) for entry in found]
     if error := measurement.file.scale_error:
@@ -110,12 +111,12 @@ def candidates_for(measurement, contact, names=None, own=()):
     return found, absent
 
 
-def eligible(why, effects, body, surroundings, body_known, own, extent, speed):
-    """(candidates, {name: why it cannot take part}), both by name, from {class: why it cannot, or None}; effects: entries of
-    [model] effects; the rest as `candidate` takes it."""
+def eligible(why, entries, body, surroundings, body_known, own, extent, speed):
+    """(candidates, {name: why it cannot take part}), both by name, from {class: why it cannot, or None}; entries: of [model]
+    effects, as `as_stated` has them; the rest as `candidate` takes it."""
     if fluid_presumed(body, surroundings):
         surroundings = replace(surroundings, fluid_stated=True)
-    known, entries = (surroundings, rigid_body(body), body_known), {entry["name"]: entry for entry in effects}
+    known = surroundings, rigid_body(body), body_known
     found = [
         candidate(kind, *known, kind in own, extent, speed, entries.get(name_of(kind))) for kind, text in why.items() if not text
     ]
@@ -181,13 +182,15 @@ def _out_of_reach(kind, least, most):
     return f"Reynolds numbers reach {rounded(least)}, and it holds up to {rounded(ends)}" if least > ends else None
 
 
-def stated(kind, file):
-    """Why a class can neither join what an experiment file states as its model nor change a number of it, or None."""
-    names = {entry["name"]: entry for entry in file.effects}
-    if name_of(kind) in names:
-        return None if numbers_stated(kind, names[name_of(kind)]) else "already in the model, without a number that may be wrong"
-    taken = next((name_of(law) for law in kind.contains if name_of(law) in names), None)
-    return taken and (f"the model states {taken}, whose place it would take: leave that out of [model] effects to have it tried")
+def stated(kind, entries, own=()):
+    """Why a class can neither join what an experiment file states as its model nor change a number of it, or None; entries: as
+    `as_stated` has them."""
+    if name_of(kind) in entries:
+        told = numbers_stated(kind, entries[name_of(kind)])
+        return None if told else "already in the model, without a number that may be wrong"
+    forms = {class_named(name, own).form_of: name for name in entries}
+    taken = kind.form_of and forms.get(kind.form_of)
+    return taken and f"the model states {taken}, whose place it would take: leave that out of [model] effects to have it tried"
 
 
 def all_alike(trials):

@@ -387,3 +387,8 @@ def row_setup(file, inputs, row):
         if column in inputs:
             parts[part] = replace(parts[part], **{key: float(inputs[column][row])})
     return Setup(parts["body"], parts["surroundings"])
+
+
+def row_setups(file, table):
+    """The Setup of each row of an OutcomeTable, a list."""
+    return [row_setup(file, table.inputs, row) for row in range(len(table.values))]

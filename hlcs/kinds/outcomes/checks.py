@@ -47,7 +47,7 @@ def check_table(file, table, own=()):
         raise InputError(f"{table.file}: slide_time_s needs the column 'distance_m' (way to slide) or 'speed_m_s' (time to stop)")
     _check_columns(file, table)
     _check_rows(table)
-    setups = [outcome_motion.row_setup(file, table.inputs, row) for row in range(len(table.values))]
+    setups = outcome_motion.row_setups(file, table)
     for row, setup in enumerate(setups):
         refuse_unsized(file.source, setup.body, False, "body")
         rigid_body(setup.body)

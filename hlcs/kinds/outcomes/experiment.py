@@ -23,6 +23,7 @@ from hlcs.selection.planning import Pilot
 from hlcs.selection.search import Search
 from hlcs.selection.thresholds import ODDS, ODDS_ALONE
 from hlcs.selection.verdict import select
+from hlcs.simulation.outcome_motion import row_setups
 
 FEW = 12  # rows below which a table is small
 BY_REPEATS = "leave measurement.noise out: rows of equal inputs then tell the noise"
@@ -38,9 +39,10 @@ class Outcomes(Tabulated):
     judge, where = staticmethod(judge_table), staticmethod(where_in_table)
 
     def __init__(self, file, options):
-        said = check_names(file, options.user_effects)
         self.options, self.title, self.tolerance = options, file.title, file.tolerance
-        table, aside = without_misread(read_outcomes(file))
+        table = read_outcomes(file)
+        said = check_names(file, options.user_effects, row_setups(file, table))
+        table, aside = without_misread(table)
         self.file, self.table = file, replace(table, notes=(*said, *table.notes, *aside, *groups_told(table)))
         self.notes = self.table.notes
         self.unit, self.advice = OUTCOMES[self.table.outcome], to_know_it(self.table)

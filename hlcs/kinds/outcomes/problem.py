@@ -7,7 +7,7 @@ import numpy as np
 from hlcs.data.combinations import fluids_told
 from hlcs.data.quantities import OUTCOMES
 from hlcs.data.rigid_body import known_body, known_to_drag
-from hlcs.effects import wanted
+from hlcs.effects import as_stated, wanted
 from hlcs.effects.body import MassOffset, SizeError
 from hlcs.effects.candidates import each_session
 from hlcs.effects.measurement import ClockOffset, LengthScale, TimeScale
@@ -305,9 +305,10 @@ def table_candidates(file, table, names, own):
             return "no other body than a sphere rolls"
         return None
 
-    why = {kind: stated(kind, file) or obstacle(kind) for kind in wanted(names, own)}
+    entries = as_stated(file.effects, outcome_motion.row_setups(file, table), own)
+    why = {kind: stated(kind, entries, own) or obstacle(kind) for kind in wanted(names, own)}
     why = with_drag_that_fits(why, body, surroundings, speed)
-    found, absent = eligible(why, file.effects, body, surroundings, known_to_drag(body), own, extent, speed)
+    found, absent = eligible(why, entries, body, surroundings, known_to_drag(body), own, extent, speed)
     sessions = np.unique(table.groups).tolist() if between_groups(table).seen else ()
     return [each_session(entry, sessions) if getattr(entry.kind, "by_person", False) else entry for entry in found], absent
 

@@ -167,6 +167,20 @@ def test_a_wrong_viscosity_is_told_beside_the_lift_that_the_file_states(tmp_path
     assert found.parameters["sphere_drag"]["viscosity"]["value"] == pytest.approx(1.1, rel=0.02)
 
 
+@pytest.mark.parametrize("surroundings, number", [("fluid_viscosity = 0.9\n", ""), ("", ", viscosity = 0.9")])
+def test_a_viscosity_that_is_not_as_stated_is_told_by_its_own_name(tmp_path, surroundings, number):
+    """It falls by 8 % for each degree. A drag in the model takes the number from [surroundings], or states its own: either may be
+    wrong, and no other form of the law is set beside it."""
+    path = passages(tmp_path, 1258.0, 1.1, 1.4, 7800.0, (0.001, 0.0015, 0.002, 0.0025, 0.003), 0.005)
+    lift = '{ name = "buoyancy" }, { name = "added_mass", coefficient = 0.5 }, '
+    model = f'{surroundings}[model]\neffects = [{lift}{{ name = "sphere_drag"{number} }}]\n[measurement]'
+    path.write_text(path.read_text().replace("fluid_viscosity = 1.4\n", "").replace("[measurement]", model))
+    found = hlcs.diagnose(path)
+    assert (found.verdict, found.effects) == ("effect", ("sphere_drag",)), found.sets
+    told = found.parameters["sphere_drag"]["viscosity"]
+    assert told["value"] == pytest.approx(1.1, rel=2e-3) and told["stated"] == 0.9  # times of 3 to 30 s, each to 5 ms
+
+
 def test_the_highest_speed_of_a_fall_is_twice_its_mean_where_it_is_free_and_its_mean_where_it_is_slow(tmp_path):
     """2 h/T of a free fall through h; of one that takes 20 times as long the mean and 1/400 of it more."""
     free = np.sqrt(2 * HEIGHTS / G)
@@ -213,7 +227,7 @@ def test_viscosities_that_differ_are_told_where_one_number_would_be_found_for_al
 
 
 def test_viscosities_of_rows_are_told_likewise(tmp_path):
-    """Where [surroundings] states none, a drag without a number would be refused, and the note says so."""
+    """What the columns say is enough for a drag without a number: [surroundings] need not say it again."""
     radius, mass, rate, g = sphere(200.0, 1.0, 0.5)
     rows = "".join(
         f"{h},{eta},{brentq(lambda t: sunk(t, rate * eta / ETA, g) - h, 1e-9, 1e7) * (1 + k * 1e-3):.5f}\n"  # noqa: B023
@@ -225,9 +239,9 @@ def test_viscosities_of_rows_are_told_likewise(tmp_path):
     path = tmp_path / "e.toml"
     path.write_text(head("outcomes", radius, mass, '[measurement]\nfile = "t.csv"\n'))
     told = [note for note in hlcs.compare(path).notes if "viscosities of 0.8 to 1.7 Pa s" in note]
-    assert len(told) == 1 and told[0].endswith("and a fluid_viscosity in [surroundings]")
+    assert len(told) == 1 and told[0].endswith('{ name = "sphere_drag" } without a number in [model] effects')
     lift = '{ name = "buoyancy" }, { name = "added_mass", coefficient = 0.5 }, { name = "stokes_drag" }'
-    model = f'fluid_viscosity = 1.0\n[model]\neffects = [{lift}]\n[measurement]\nfile = "t.csv"\n'
+    model = f'[model]\neffects = [{lift}]\n[measurement]\nfile = "t.csv"\n'
     path.write_text(head("outcomes", radius, mass, model))
     assert hlcs.compare(path).adequate
 
@@ -301,6 +315,6 @@ def test_each_row_may_state_a_tube_of_its_own(tmp_path):
     found = hlcs.compare(path)
     assert any("tubes of 0.02 to 50 m radius are stated, and tube_drag finds one for all" in note for note in found.notes)
     model = '[model]\neffects = [{ name = "stokes_drag", viscosity = 1.4 }, { name = "buoyancy" }, { name = "tube_drag" }]\n'
-    path.write_text(path.read_text().replace("[measurement]", f"tube_radius = 1.0\n{model}[measurement]"))
+    path.write_text(path.read_text().replace("[measurement]", f"{model}[measurement]"))
     found = hlcs.compare(path)
     assert found.adequate and not any("tubes of" in note for note in found.notes)
