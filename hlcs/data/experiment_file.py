@@ -157,7 +157,8 @@ class ExperimentFile:
     added: tuple[str, ...]  # names of those that were added last: what a comparison shows the model with and without
     replaced: tuple[dict, ...]  # entries that stood in the place of some of these before
     time_step: float  # [s]
-    noise: dict  # stated one-sigma values, may be empty
+    noise: dict  # stated one-sigma values, may be empty; of a position the root mean square of those along x, y, z
+    noise_along: tuple  # of a position along x, y, z, over that
     input_sd: dict  # of the inputs of a table, one sigma each, may be empty
     static: Path | None
     pixel: float | None  # [m], of recordings in pixels; None = they are in metres
@@ -220,7 +221,7 @@ def checked_experiment(reader, layouts=LAYOUTS):
         body=body,
         surroundings=surroundings,
         **dict(zip(OF_EFFECTS, read_effects(reader, model), strict=True)),
-        noise=_noise(reader, measurement, kind, layout.in_trials),
+        **dict(zip(("noise", "noise_along"), _noise(reader, measurement, kind, layout.in_trials), strict=True)),
         input_sd=_input_sd(reader, measurement),
         time_step=reader.number(model, "time_step", "model", above=0.0, high=0.1) or 1 / 240,
         static=_path(reader, measurement, "static", "measurement"),
@@ -329,6 +330,7 @@ def _trial(reader, entry, index, body, surroundings):
 
 
 def _noise(reader, measurement, kind, of_poses):
+    """(stated one-sigma values, those of a position along x, y, z over their root mean square)."""
     noise = measurement.get("noise", {})
     if isinstance(noise, int | float) and not isinstance(noise, bool):
         if of_poses:
@@ -347,7 +349,13 @@ def _noise(reader, measurement, kind, of_poses):
                 else "noise = 0.003, one sigma of the outcome"
             )
             reader.fail(key, f'has no place where kind = "{kind}"; write {right}', "measurement.noise")
-    return {key: reader.number(noise, key, "measurement.noise", above=0.0, low=1e-12, high=1e6) for key in noise}
+    sizes, along = dict(noise), np.ones(3)
+    if isinstance(noise.get("position"), list):
+        along = np.array(reader.vector(noise, "position", "measurement.noise", 3, low=1e-12, high=1e6))
+        sizes["position"] = float(np.sqrt(np.mean(along**2)))
+        along /= sizes["position"]
+    sizes = {key: reader.number(sizes, key, "measurement.noise", above=0.0, low=1e-12, high=1e6) for key in sizes}
+    return sizes, tuple(along.tolist())
 
 
 def _scale_error(reader, measurement, pixel):

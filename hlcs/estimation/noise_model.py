@@ -10,6 +10,7 @@ from hlcs.data.quantities import CHANNEL_UNITS, CHANNELS
 from hlcs.data.rounded_readings import reading_step
 from hlcs.estimation.correlated_noise import LEAST_CERTAIN, MOST_WHITE, CorrelatedNoise, excess_deviance, fit_correlated_noise
 from hlcs.estimation.least_squares import basis, project_out
+from hlcs.estimation.noise_by_axis import ALIKE, BEYOND_CHANCE, axes_of, made_alike, unlike
 from hlcs.estimation.outliers import NO_TAIL, Tail, isolated_outliers, scatter_of, spread_of, tail_of
 from hlcs.estimation.rounding import COARSE, FINE, before_rounding, lattice_of, noise_below_the_step, rounded, step_of
 from hlcs.estimation.whitening import kalman_filter, whitening_of
@@ -22,7 +23,6 @@ DRIFT = 2.0  # scatter over rms change from sample to sample: of nine samples th
 ELSEWHERE = 4.0  # standard deviations of where a body rests at which it is not yet there
 KINK = 6.0  # usual deviations of a second difference beyond which a height is thrown back there, and no smooth curve goes on
 LEAST_OF_A_PART = 9  # samples of a piece of a series: a curve of degree 5 leaves three of them to judge by
-BEYOND_CHANCE = 10.8  # chi-square of one number that chance exceeds once in a thousand
 LEAST_OF_A_TAIL = 200  # whitened samples that tell how many outliers stayed: of one in a hundred they hold two
 
 
@@ -39,11 +39,17 @@ class Noise:
     tail: Tail = NO_TAIL  # outliers that no test of single samples finds
     lattice: np.ndarray = field(default_factory=NO_STEPS.copy, repr=False)  # step and one reading of x, y, z [m]; step 0 = none
     accelerations: CorrelatedNoise | None = None
+    along: tuple = ALIKE  # sigma of a position along x, y, z, over their root mean square, which `positions` has [-]
 
     @property
     def position(self):
-        """One sigma of a reading of a position [m], None = unknown."""
-        return self.reading(0).sigma if self.positions else None
+        """One sigma of a reading of a position, the root mean square of the axes [m], None = unknown."""
+        return rounded(self.positions, step_of(self.lattice)).sigma if self.positions else None
+
+    @property
+    def by_axis(self):
+        """One sigma of a reading of x, y, z (3,) [m]; None where they are alike, or unknown."""
+        return None if self.along == ALIKE or not self.positions else self.position * np.array(self.along)
 
     @property
     def orientation(self):
@@ -72,7 +78,10 @@ class Noise:
     def reading(self, channel):
         """The CorrelatedNoise of the readings of a channel, its number in CHANNELS; rounding included; None = unknown."""
         noise = (self.positions, self.orientations, self.accelerations)[channel // 3]
-        return rounded(noise, step_of(self.lattice)) if noise and channel < 3 else noise
+        if not noise or channel >= 3:
+            return noise
+        noise = rounded(noise, step_of(self.lattice))
+        return noise._replace(sigma=noise.sigma * self.along[channel])
 
     def to_dict(self):
         """What is told of it in results; rounding: the steps in which positions are read [m], where they count."""
@@ -83,13 +92,14 @@ class Noise:
             "source": self.source,
             "flexible": self.hint,
         }
-        more = {"acceleration": self.acceleration, "rounding": step_of(self.lattice) or None}
+        along = None if self.by_axis is None else self.by_axis.tolist()
+        more = {"along_axes": along, "acceleration": self.acceleration, "rounding": step_of(self.lattice) or None}
         return told | {name: value for name, value in more.items() if value is not None}
 
     def whitening(self, channel, times):
         """Whitening of the observations of one recording: numbers in CHANNELS and times (n,) each, sorted by channel and time."""
-        sigma = np.array([self.of_unit(unit) or 1.0 for unit in CHANNEL_UNITS])[np.asarray(channel) // 3]
         readings = [self.reading(k) for k in range(len(CHANNELS))]
+        sigma = np.array([noise.sigma if noise else 1.0 for noise in readings])[np.asarray(channel)]
         correlations = {k: (noise.rho, noise.white) if noise else (0.0, 0.0) for k, noise in enumerate(readings)}
         return whitening_of(channel, times, sigma, correlations, self.step)
 
@@ -98,12 +108,16 @@ def estimate_noise(measurement):
     """Noise of a trajectory measurement: stated, from the static recording, or from replicates; else unknown."""
     trials, stated, notes = measurement.trials, measurement.file.noise, []
     step = float(np.median(np.concatenate([np.diff(trial.times) for trial in trials])))
-    lattice = lattice_of(trials, measurement.static)
+    lattice, static = lattice_of(trials, measurement.static), measurement.static
+    along = measurement.file.noise_along
+    if static is not None and "position" not in stated:
+        along = unlike((_from_static(each, step, "position", NO_STEPS, None)[0] for each in axes_of(static)), step_of(lattice))
+    trials, static = [made_alike(trial, along) for trial in trials], static and made_alike(static, along)
     source, noise, tails = "unknown", {}, {}
     curve = _from_flexible_curve(trials, step, "position", step_of(lattice))
-    if measurement.static is not None:
+    if static is not None:
         for what in OF_RECORDINGS:
-            noise[what], tails[what] = _from_static(measurement.static, step, what, lattice, curve and curve[0])
+            noise[what], tails[what] = _from_static(static, step, what, lattice, curve and curve[0])
         source = "static recording" if any(noise.values()) else "unknown"
         if source == "unknown":
             notes.append(
@@ -126,7 +140,7 @@ def estimate_noise(measurement):
         lattice = NO_STEPS
     tail = next((tails[what] for what in OF_RECORDINGS if noise.get(what) and what in tails), NO_TAIL)
     hint = rounded(curve[0], step_of(lattice)).sigma if curve else None
-    found = Noise(position, orientation, step, source, (), hint, tail, lattice, noise.get("acceleration"))
+    found = Noise(position, orientation, step, source, (), hint, tail, lattice, noise.get("acceleration"), along)
     if position and curve and not 1 / 1.5 < hint / found.position < 1.5 and _contradicts(trials, step, lattice, found.position):
         steps = f", rounding to steps of {step_of(lattice):.3g} m included" if step_of(lattice) else ""
         notes.append(
@@ -150,15 +164,21 @@ def shown_by_curves(measurement, noise):
 
     The curves know no model, so what they leave is no misfit of one. None where they leave no more anywhere.
     """
-    found, units = {}, dict(zip(OF_RECORDINGS, CHANNEL_UNITS, strict=True))
+    found, units, along = {}, dict(zip(OF_RECORDINGS, CHANNEL_UNITS, strict=True)), noise.along
+    if along == ALIKE and noise.positions:
+        axes = ([axes_of(trial)[axis] for trial in measurement.trials] for axis in range(3))
+        curves = (_from_flexible_curve(trials, noise.step, "position", 0.0) for trials in axes)
+        along = unlike((curve and curve[0] for curve in curves), step_of(noise.lattice))
+    trials, more = [made_alike(trial, along) for trial in measurement.trials], max(np.divide(along, noise.along))
     for what, unit in units.items():
         rounding = step_of(noise.lattice) if what == "position" else 0.0
-        curve = _from_flexible_curve(measurement.trials, noise.step, what, rounding) if noise.of_unit(unit) else None
-        if curve and rounded(curve[0], rounding).sigma > noise.of_unit(unit):
+        curve = _from_flexible_curve(trials, noise.step, what, rounding) if noise.of_unit(unit) else None
+        if curve and rounded(curve[0], rounding).sigma * (more if what == "position" else 1.0) > noise.of_unit(unit):
             found[what] = curve
     if not found:
         return None
     other = replace(noise, **{f"{what}s": curve for what, (curve, _) in found.items()}, tail=next(iter(found.values()))[1])
+    other = replace(other, along=along) if "position" in found else other
     most = max(found, key=lambda what: other.of_unit(units[what]) / noise.of_unit(units[what]))
     return most, units[most], other
 

@@ -34,8 +34,11 @@ def noise_shown(problem, fit, shown, judge, file):
     adequacy, table = judge(again, rewhitened)
     if not adequacy.adequate or any(each.hides_a_period for each in spectra(table)):
         return None
-    stated, remedy = shown.key in file.noise, f"{file.place('measurement.noise')}, {shown.key} = {shown.sigma:.2g}"
-    return {
+    along = shown.noise.by_axis if shown.key == "position" else None
+    value = f"{shown.sigma:.2g}" if along is None else f"[{', '.join(f'{size:.2g}' for size in along)}]"
+    stated, remedy = shown.key in file.noise, f"{file.place('measurement.noise')}, {shown.key} = {value}"
+    more = {} if along is None else {"along": along.tolist()}
+    return more | {
         "sigma": shown.sigma,
         "known": problem.noise.of_unit(shown.unit),
         "unit": shown.unit,

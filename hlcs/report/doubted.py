@@ -68,6 +68,8 @@ def _agreeing(mended):
 def noise_too_small(shown, mended):
     """That the noise may be larger than what was taken for it, by how much, and what to write; mended: if effects are added."""
     known, sigma = (size(shown[key], shown["unit"]) for key in ("known", "sigma"))
+    if "along" in shown:
+        sigma = f"{joined(size(each, shown['unit']) for each in shown['along'])} along x, y and z"
     model, more = _agreeing(mended)
     whose = KNOWN_BY.get(shown["source"], "The noise")
     return (

@@ -1,0 +1,35 @@
+"""Positions may be known less well along one axis than along the others, as the depth is that two cameras see."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from hlcs.estimation.rounding import FINE
+
+ALIKE = (1.0, 1.0, 1.0)  # noise along x, y, z, over its root mean square
+BEYOND_CHANCE = 10.8  # chi-square of one number that chance exceeds once in a thousand
+
+
+def axes_of(trial):
+    """Three recordings like a Trial, of each coordinate alone."""
+    return [replace(trial, position=np.where(np.arange(3) == axis, trial.position, np.nan)) for axis in range(3)]
+
+
+def made_alike(trial, along):
+    """A Trial whose positions have been divided along x, y and z by what makes their noise the same; itself where it is."""
+    return trial if along == ALIKE else replace(trial, position=trial.position / np.array(along))
+
+
+def unlike(noises, rounding):
+    """The sigmas along x, y, z over their root mean square, from the CorrelatedNoise of each, None = unknown; ALIKE where they
+    differ by no more than chance, or where readings are in steps that count."""
+    known = {axis: noise for axis, noise in enumerate(noises) if noise and noise.sigma > 0}
+    sigmas = np.array([noise.sigma for noise in known.values()])
+    if len(known) < 2 or rounding > FINE * sigmas.min():
+        return ALIKE
+    sizes, weights = np.log(sigmas), 1 / np.array([noise.covariance[0, 0] for noise in known.values()])
+    if weights @ (sizes - np.average(sizes, weights=weights)) ** 2 < BEYOND_CHANCE:
+        return ALIKE
+    along = np.ones(3)
+    along[list(known)] = sigmas / np.sqrt(np.mean(sigmas**2))
+    return tuple(along.tolist())
