@@ -11,6 +11,8 @@ from hlcs.report.words import share as told_share
 
 BINS = 12  # of a variable, in which a misfit that all recordings share is looked for
 SHOWN = 0.25  # share of the mean square that a pattern must hold to be told of
+MOST = 0.9  # share of what is more than noise that a few recordings must hold to be named alone
+NAMED = 4  # recordings that are named one by one; of more the count is told
 ALIKE = 0.3  # correlation of neighbouring residuals from which they are said to drift
 CYCLES = 3.0  # that a recording must hold of a period: fewer are a drift
 AS_HIGH = 0.001  # chance that the largest of all frequencies is as high as that in noise
@@ -121,8 +123,29 @@ def neighbours(table):
     return float(here @ following / max(np.sqrt((here @ here) * (following @ following)), 1e-300))
 
 
-def likeness(table, channels=(), units=()):
-    """What the residuals of a table of observations look like, in a sentence without its full stop."""
+def few_recordings(table):
+    """(indices of the recordings, share) that hold MOST of what is more than noise, where these are at most half of all; None
+    where it is spread over more, or there is no more than noise."""
+    trials = np.unique(table["trial"])
+    excess = np.array([float(np.sum(table["sigmas"][table["trial"] == trial] ** 2 - 1)) for trial in trials])
+    order, more = np.argsort(-excess, kind="stable"), float(np.sum(np.maximum(excess, 0.0)))
+    if more <= 3 * np.sqrt(2 * len(table["sigmas"])):  # standard deviations of what noise leaves
+        return None
+    held = np.cumsum(excess[order]) / more
+    count = int(np.argmax(held >= MOST)) + 1
+    return (trials[np.sort(order[:count])], float(held[count - 1])) if 2 * count <= len(trials) else None
+
+
+def likeness(table, channels=(), units=(), trials=()):
+    """What the residuals of a table of observations look like, in a sentence without its full stop; trials: names of the
+    recordings."""
+    few = few_recordings(table) if "time" in table and trials else None
+    if few:
+        inside, names = np.isin(table["trial"], few[0]), [trials[index] for index in few[0]]
+        which = joined(names) if len(names) <= NAMED else f"{len(names)} of {len(trials)} recordings"
+        there = likeness({name: values[inside] for name, values in table.items()}, channels, units)
+        alone = f"{told_share(few[1])} of what is more than noise is in {which} alone"
+        return f"{alone}: look for what was different there; in {'it' if len(names) == 1 else 'them'} {there}"
     swings, held = _swings(table)
     if swings and max(held) <= SHOWN:  # seen beyond doubt, and little of what is left: no cause of it
         where = f" in {channels[swings[0].channel]}" if channels else ""
@@ -180,7 +203,8 @@ def _unswinging(table):
     common = common_pattern(table)
     if common and common[1] > SHOWN:
         alike = "recordings" if "time" in table else "sets" if "layer" in table else "groups"
-        return f"{100 * common[1]:.0f} % of it goes with {WORDS[common[0]]} in the same way in all {alike}"
+        together = f" in the same way in all {alike}" if len(np.unique(table["trial"])) > 1 else ""
+        return f"{100 * common[1]:.0f} % of it goes with {WORDS[common[0]]}{together}"
     if "time" not in table:
         return "it goes with no input: rows scatter more than the noise says"
     offset = own_offset(table)

@@ -215,8 +215,8 @@ def looks(diagnosis):
         said = "What is left follows a law of its own" if rest else "In place of what was found one law explains more"
         told.append(f"{said}: {diagnosis.learned.text}.")
     elif diagnosis.pictures:
-        pictures = diagnosis.pictures
-        told.append(f"What is left: {likeness(pictures.after, pictures.channels, pictures.units)}.")
+        shown = diagnosis.pictures
+        told.append(f"What is left: {likeness(shown.after, shown.channels, shown.units, shown.trials)}.")
     if diagnosis.where:
         told.append(f"It is largest in {place(diagnosis.where[0], diagnosis.error.get('unit', ''))}.")
     return told
@@ -377,8 +377,8 @@ def _nearest(diagnosis):
     best = min(fitted, key=lambda entry: entry.remains["chi2_per_freedom"], default=None)
     if not start or best is None or best.remains["chi2_per_freedom"] > 0.8 * start:
         return []
-    part = 1 - best.remains["chi2_per_freedom"] / start
-    what = f"{best.called or words(best.effect)} ({words(best.effect)})"
+    part, name = 1 - best.remains["chi2_per_freedom"] / start, words(best.effect)
+    what = name if best.called in ("", name) else f"{best.called} ({name})"
     told = f"Nearest comes {what}, which would take away {share(part)} of the square of the misfit"
     if best.reason is Reason.SUSPECTED:
         left_out = LEFT_OUT.get(diagnosis.kind, "data")

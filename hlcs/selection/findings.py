@@ -137,7 +137,10 @@ def _explained(sets, name, same, holding, evidence, left):
     if same:
         return Reason.NOT_TOLD_APART(others=", ".join(other for other in same if other in best), at=at, label=label)
     if evidence is None:
-        return Reason.NO_DRAG() if lacks_drag(entry, search.fits[best].model.kinds) else Reason.INVISIBLE()
+        if lacks_drag(entry, search.fits[best].model.kinds):
+            return Reason.NO_DRAG()
+        short = _short_beside(search, best, name)  # of what acts through a drag that was found
+        return Reason.NOT_SEEN(at=at, why=short) if short else Reason.INVISIBLE()
     better = [other for other in sorted(best) if entry.alike and search.candidates[other].alike == entry.alike]
     if better and evidence > 0:
         return Reason.OTHER_FORM(form=entry.alike, better=better[0])
@@ -174,6 +177,15 @@ def _too_little(gain, short):
     return f"the misfit would fall by {max(gain, 0.0):.1f}, which is {short:.1f} less than the price of it"
 
 
+def _short_beside(search, best, name):
+    """Why a candidate that is foreseen beside the best set alone is not seen; "" where it is not foreseen, or of use there."""
+    if (beside := best | {name}) not in search.foreseen:
+        return ""
+    proposal, parent = search.foreseen[beside]
+    gain, short = misfit(search.fits[best]) - misfit(parent) + proposal.fall, proposal.cost - search.cost(best)
+    return f"beside {_names(best)} " + _too_little(gain, short) if short > 0 else ""
+
+
 def _adds_nothing(sets, name, holding):
     """Why a candidate that was fitted beside others alone is not seen, though they explain much; "" where it does explain."""
     search, alone, empty = sets.search, frozenset({name}), frozenset()
@@ -201,6 +213,8 @@ def _leaves(sets, name, left):
     if left["foreseen"]:
         return f"{told}; it was not fitted, since other sets promised more"
     if sets.cost(frozenset(left["effects"])) > sets.cost(sets.best):
+        if sets.overdispersion > 1:
+            return f"{told}: no more than what else is left may do by chance"
         return f"{told}, which is more probable: it needs fewer numbers, or more usual ones"
     members = frozenset(left["effects"])
     if sets.absorbs(members, name):

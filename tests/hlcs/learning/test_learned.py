@@ -43,7 +43,7 @@ def test_sentences():
     )
     shake = {"frequency_hz": number(4.6)} | {f"amplitude_{axis}": number(0.002) for axis in "xyz"}
     assert sentence(law("time", "oscillation", "axes"), shake, None, ()) == (
-        "An oscillation of 4.6 Hz in x, y and z (2, 2, 2 mm): the camera shakes"
+        "An oscillation of 4.6 Hz in x, y and z (2, 2, 2 mm): the camera shakes, or a force swings"
     )
     turning = {"mean": number(-1.0)} | {name: number(0.8) for name in ("cos_1", "sin_1", "cos_2", "sin_2")}
     assert sentence(law("heading", "table", "velocity"), turning, None, ()) == (

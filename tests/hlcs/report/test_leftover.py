@@ -52,6 +52,20 @@ def test_what_is_of_each_recording_alone_is_told_apart(generator):
     assert own_offset(moved) > 0.7 and "an offset that each recording has of its own" in likeness(moved)
 
 
+def test_what_is_left_in_few_of_the_recordings_names_these(generator):
+    """A step of ten times the noise in one of four; as large in three of them it is no matter of a few."""
+    names = ("a.csv", "b.csv", "c.csv", "d.csv")
+    for moved, told in (
+        ((1,), "is in b.csv alone: look for what was different there; in it"),
+        ((0, 1, 3), "in the same way in all"),
+    ):
+        found = noisy(generator)
+        step = 10 * np.isin(found["trial"], moved) * (found["time"] > 1.0)
+        moved_by = {"residual": NOISE * step, "sigmas": step, "white": step}
+        assert told in likeness(found | {name: found[name] + by for name, by in moved_by.items()}, trials=names)
+    assert "alone" not in likeness(noisy(generator), trials=names)
+
+
 def test_too_few_samples_have_no_spectrum(generator):
     assert spectra(table(np.ones(10))) == [] and spectrum(table(np.ones(10))) is None
 
