@@ -23,6 +23,7 @@ from hlcs.selection.planning import Pilot
 from hlcs.selection.search import Search
 from hlcs.selection.thresholds import ODDS, ODDS_ALONE
 from hlcs.selection.verdict import select
+from hlcs.simulation.model import Term
 from hlcs.simulation.outcome_motion import row_setups
 
 FEW = 12  # rows below which a table is small
@@ -124,7 +125,9 @@ class Outcomes(Tabulated):
             return found
         best = search.fits[frozenset(found.effects)]
         model = prepared.base.model
-        zeros = zero_errors_told(prepared.problem, model, best.chi2, judge_table)
+        doubted = [entry for entry in chosen if entry.setting and not found.adequate["after"]]  # a number of the file beside it
+        models = [model, *(model.with_term(Term(entry, entry.starts[0])) for entry in doubted)]
+        zeros = zero_errors_told(prepared.problem, models, best.chi2, judge_table)
         return replace(found, notes=(*zeros, *rolling_told(prepared.problem, model, judge_table), *found.notes))
 
     def pilot(self, effect):
