@@ -132,8 +132,8 @@ RECIPES = (
         "Glass marbles timed by hand as they sink in a tall tank",
         tall_tank.table,
         "The depths were read along a glass that leans by 15 degrees, so every one is 3.5 % too long. A slow watch, a heavier or "
-        "a smaller marble would give the same times: the right verdict is a set, and a calliper, another ruler and a second "
-        "watch decide.",
+        "a smaller marble, or a drag that is not as stated, would give the same times: the right verdict is a set, and a "
+        "calliper, another ruler and a second watch decide.",
     ),
     Recipe(
         "quarry-yard",

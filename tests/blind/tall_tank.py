@@ -13,7 +13,7 @@ DRAG, ADDED = 0.45, 0.5
 DEPTHS = np.arange(0.25, 2.01, 0.25)  # m, as read
 DAYS, REPEATS, HAND = 3, 3, 0.02  # s, one standard deviation of a stop watch started and stopped by hand
 FACTOR = 1.035
-TIED = ["mass_offset", "size_error", "time_scale"]
+TIED = ["mass_offset", "quadratic_drag", "size_error", "time_scale"]
 
 
 def sinking_time(depth, radius=RADIUS, mass=None):
