@@ -14,6 +14,7 @@ from hlcs.data.rounded_readings import reading_step
 from hlcs.files.limits import MOST_STEPS
 from minibullet.errors import InputError, InputWarning
 
+UPWARDS = 'z points up, turn its sign; or, where each row is a fall of its own, it is a table: kind = "outcomes", fall_time_s'
 SLOW_CAMERA = 0.2  # nobody films a fall with fewer pictures: a longer typical step is not in seconds [s]
 SAME = 1e-6  # part of the longest step by which the steps of a copy may differ: its digits were rounded again
 ALOFT = 5.0  # times as long as a throw of that height can last
@@ -169,7 +170,7 @@ def check_axes(trial, path):
         )
     a, error = seen["z"]
     if 0.5 * gravity < a - 4 * error and a < 1.5 * gravity:
-        raise InputError(f"{path}, column z_m: falls upwards (apparent acceleration {a:+.3g} m/s2); z points up, turn its sign")
+        raise InputError(f"{path}, column z_m: falls upwards (apparent acceleration {a:+.3g} m/s2); {UPWARDS}")
     for name in ("x", "y"):
         if name in seen and abs(a) + 4 * error < 0.25 * gravity:
             b, other = seen[name]
@@ -184,8 +185,7 @@ def _check_unseen_fall(trial, path, seen):
     """Warn where nothing holds a body whose height is not recorded: it falls, and what moves on a floor is another motion."""
     if not seen or trial.surroundings.floor_height is not None or np.isfinite(trial.position[:, 2]).any():
         return
-    took = trial.times[-1] - trial.times[0]
-    way = trial.surroundings.gravity / 2 * took**2
+    way = trial.surroundings.gravity / 2 * (took := trial.times[-1] - trial.times[0]) ** 2
     warnings.warn(
         f"{path}: no column z_m and no floor: the body is taken to fall freely, {way:.3g} m in {took:.3g} s; where it moves "
         f"on a floor or a slope state surroundings.floor, where {next(iter(seen))}_m is its height name it z_m",

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import special
 
-from hlcs.data.quantities import CHANNELS, have_unit
+from hlcs.data.quantities import CHANNELS, INPUTS, have_unit
 from hlcs.report.words import joined
 from hlcs.report.words import share as told_share
 
@@ -103,6 +103,15 @@ def _binned(table, name):
 def own_offset(table):
     """Share of the mean square of residuals that one offset of each recording and channel holds, less chance [-]."""
     return _held_by_means(table["trial"] * len(CHANNELS) + table["channel"], table["sigmas"])
+
+
+def _by_setting(table):
+    """Share of the mean square of residuals that the means of rows of equal inputs hold, less chance [-]."""
+    inputs = [values for name, values in table.items() if name in INPUTS]
+    if not inputs:
+        return 0.0
+    _, label = np.unique(np.column_stack(inputs), axis=0, return_inverse=True)
+    return _held_by_means(label.reshape(-1), table["sigmas"])
 
 
 def _held_by_means(label, white):
@@ -206,6 +215,8 @@ def _unswinging(table):
         together = f" in the same way in all {alike}" if len(np.unique(table["trial"])) > 1 else ""
         return f"{100 * common[1]:.0f} % of it goes with {WORDS[common[0]]}{together}"
     if "time" not in table:
+        if _by_setting(table) > SHOWN:
+            return "it goes with the settings of the rows, and not with one input alone: rows of equal inputs miss alike"
         return "it goes with no input: rows scatter more than the noise says"
     offset = own_offset(table)
     if offset > SHOWN:

@@ -52,6 +52,16 @@ def test_what_is_of_each_recording_alone_is_told_apart(generator):
     assert own_offset(moved) > 0.7 and "an offset that each recording has of its own" in likeness(moved)
 
 
+def test_rows_of_equal_inputs_that_miss_alike_do_not_scatter(generator):
+    """Nine settings of two inputs, ten rows each, a misfit of three times the noise that is another one in each setting."""
+    speed, angle = (np.repeat(part.ravel(), 10) for part in np.meshgrid([3.0, 5.0, 7.0], [20.0, 40.0, 60.0]))
+    shape = np.where(((speed + angle / 10) % 4) < 2, 3.0, -3.0)
+    for shift, told in ((shape, "rows of equal inputs miss alike"), (0.0, "rows scatter more than the noise says")):
+        sigmas = shift + generator.standard_normal(90)
+        rows = {"trial": np.zeros(90, int), "channel": np.zeros(90, int), "input": speed, "sigmas": sigmas, "residual": sigmas}
+        assert told in likeness(rows | {"speed_m_s": speed, "angle_deg": angle})
+
+
 def test_what_is_left_in_few_of_the_recordings_names_these(generator):
     """A step of ten times the noise in one of four; as large in three of them it is no matter of a few."""
     names = ("a.csv", "b.csv", "c.csv", "d.csv")
