@@ -263,7 +263,8 @@ def _turns(diagnosis):
     if not turns or not noise:
         return []
     before, after, noise = (number(each, "rad") for each in (*turns, noise))
-    return [f"That is the error of the positions; that of the rotations goes from {before} to {after} (noise {noise})."]
+    way = f"goes from {before} to {after}" if before != after else f"stays at {after}"
+    return [f"That is the error of the positions; that of the rotations {way} (noise {noise})."]
 
 
 def _count(things):
@@ -350,10 +351,8 @@ def _left_unexplained(diagnosis):
         where = f", on {many} that the numbers were not fitted to {size(error['after'], unit)} are left"
     fall = f"{f'On the {many} themselves t' if worse else 'T'}{fall}{where}; the noise is {size(error['noise'], unit)}. "
     if left is None:
-        return (
-            fall
-            + f"That is no more than the noise, but it has a pattern that noise has not, and {_nothing(diagnosis)} explains it."
-        )
+        what = "That is no more than the noise, but it has a pattern that noise has not, and"
+        return f"{fall}{what} {_nothing(diagnosis)} explains it."
     return fall + f"Beyond the noise {size(left, unit)} are left that {_nothing(diagnosis)} explains."
 
 

@@ -261,8 +261,8 @@ def beside(prepared, better):
         return replace(prepared, base=base)
     here, there = (sum(int(np.sum(flag)) for flag in one) for one in (flags, aside))
     differs = (
-        f"the samples that stand alone beside {' + '.join(effects)} ({here}) are not those beside the model as it is ({there}): "
-        "`hlcs compare` of that model leaves others out, and its error differs a little"
+        f"samples that stray are left out: {here} of them here, by what is left with {' and '.join(effects)}; `hlcs compare` of "
+        f"the model as it is leaves out {there}, not the same ones, so its error differs a little"
     )
     return replace(prepared, base=base, aside=(*set_aside(problem.trials, flags, effects), *[differs] * bool(effects)))
 
