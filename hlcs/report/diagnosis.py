@@ -35,6 +35,7 @@ OWN_UNITS = {  # of effects, that are no units of every day
 }
 AS_LITTLE = 1.02  # times what was found leaves, up to which a candidate is said to leave as little
 SOME_WEIGHT = 0.01  # of all fitted sets, from which a set with a candidate counts as one that might have been found
+MOST_INSTEAD = 4  # sets that do as well, of which the lines to write are told
 MOST_ROWS = 12  # of the ranking, before the details
 OTHERS = {  # why not the others, where one sentence does for all of them
     Reason.OTHER_FORM: "much the same as a part of what was found; more is left, or it is less probable beforehand",
@@ -253,7 +254,11 @@ def _instead(diagnosis):
     """What could be written in place of what was found, as it is written there, for each other set that does as well."""
     parts, experiment = [], diagnosis.experiment
     instead = "Or instead, in place of effects, added and replaced there:" if diagnosis.mended else "Or instead of these lines:"
-    for entries in diagnosis.alternatives:
+    for number, entries in enumerate(diagnosis.alternatives):
+        if number == MOST_INSTEAD:
+            left = len(diagnosis.alternatives) - number
+            parts.append(f"Or, in the same way, what one of {left} more sets that are told above holds.")
+            break
         if not entries:
             parts.append("Or nothing need be added.")
         elif diagnosis.add["file"]:

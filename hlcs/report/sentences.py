@@ -5,6 +5,7 @@ import math
 from hlcs.data.notes import AsItIs, OutOfTime, Stopped
 from hlcs.data.quantities import unit_of
 from hlcs.records import Reason
+from hlcs.report.alternatives import alternatives, crossed, crossing_told
 from hlcs.report.document import Points
 from hlcs.report.doubted import doubt
 from hlcs.report.leftover import likeness, turns_missed
@@ -283,19 +284,17 @@ def _ambiguous(diagnosis):
     told = [effect_sentence(diagnosis, name) for name in common]
     which, others = ("Beside that, each" if common else "Each"), "the others" if len(choices) > 2 else "the other"
     told.append(f"{which} of these explains the data as well as {others}, and these data cannot tell which it is:")
-    told.append(
-        Points(tuple(" ".join(effect_sentence(diagnosis, name) for name in choice) or NOTHING_MORE for choice in choices))
-    )
+    together = crossed(choices)
+    if len(together) < len(choices) and any(len(choice) > 1 for choice in choices):
+        names = dict.fromkeys(name for choice in choices for name in choice)
+        told += [Points(tuple(crossing_told(those) if those else NOTHING_MORE for those in together)), "What each of them says:"]
+        told.append(Points(tuple(effect_sentence(diagnosis, name) for name in names)))
+    else:
+        said = (" ".join(effect_sentence(diagnosis, name) for name in choice) or NOTHING_MORE for choice in choices)
+        told.append(Points(tuple(said)))
     count = len(_afters(diagnosis, "held_out" if diagnosis.error.get("held_out") else "fitted"))
     subject = ("Each of them" if count == len(choices) else "The first of them") + ", with what stands above," * bool(common)
     return [*told, f"{removal(diagnosis, subject)} {_noise(diagnosis)}".strip(), *_turns(diagnosis)]
-
-
-def alternatives(diagnosis):
-    """([effects of each set that does as well, without what all of them hold], what all of them hold)."""
-    sets = [list(entry["effects"]) for entry in diagnosis.sets]
-    common = [name for name in sets[0] if all(name in members for members in sets)]
-    return [[name for name in members if name not in common] for members in sets], common
 
 
 def _unexplained(diagnosis):
