@@ -324,15 +324,20 @@ def _withheld(fit, entry, free):
     """The entry of a number that a fit does not give, or that the data do not show; else None.
 
     The data show a number where they tell more of it than was believed beforehand. One that they do not, and that is as it would
-    be if it were left out, is best left out: a component of the wind across the picture of a camera.
+    be if it were left out, is best left out: a component of the wind across the picture of a camera. Not all numbers of an
+    effect, which then were none.
     """
     nothing, why = {"value": None, "low": None, "high": None, "unit": free.unit}, fit.withheld.get((entry.name, free.name))
     if why or entry.setting or free.null is None:
         return why and nothing | {"why": why}
-    place = _place(fit, entry.name, free.name)
-    aside, there = abs(fit.estimate[place] - free.null), f"{free.null:g} {'' if free.unit == '1' else free.unit}".rstrip()
-    if fit.information[place, place] >= 1 or aside > free.spread:
+
+    def unshown(each):
+        place = _place(fit, entry.name, each.name)
+        return fit.information[place, place] < 1 and each.null is not None and abs(fit.estimate[place] - each.null) <= each.spread
+
+    if not unshown(free) or all(map(unshown, entry.free)):
         return None
+    there = f"{free.null:g} {'' if free.unit == '1' else free.unit}".rstrip()
     why = f"these data do not show it: near {there} nothing that was measured changes with it"
     return nothing | {"why": why, "left_out": free.null}
 

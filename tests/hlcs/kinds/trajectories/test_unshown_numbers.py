@@ -1,10 +1,14 @@
 """Numbers that a film does not show, though their effect is found: across its picture, by a fine integrator."""
 
+from types import SimpleNamespace
+
 import numpy as np
 from scipy.integrate import solve_ivp
 from throws import G, csv, drag_per_metre
 
 import hlcs
+from hlcs.effects import Free
+from hlcs.selection import verdict
 
 DRAG = drag_per_metre(0.47)
 SIGMA = 0.001  # m
@@ -60,3 +64,13 @@ def test_a_turn_about_the_line_of_sight_is_told_and_one_about_the_throw_is_not(t
     found = hlcs.diagnose(film(tmp_path, tilt=0.03), candidates=["tilted_gravity"])
     numbers = found.parameters["tilted_gravity"]
     assert numbers["angle_y"]["low"] < 0.03 < numbers["angle_y"]["high"] and numbers["angle_x"]["value"] is None
+
+
+def test_an_effect_keeps_a_number_though_the_data_show_none_of_them():
+    """Without any it would be no effect, and its line in a model is refused: of two that are not shown both are told."""
+    numbers = [Free("a", "1", -1.0, 1.0, 0.0, 0.0), Free("b", "1", -1.0, 1.0, 0.0, 0.0)]
+    entry = SimpleNamespace(name="law", free=tuple(numbers), setting=False)
+    known = [("law", free, 0.1) for free in numbers]
+    for shown, left_out in ((0.5, [False, False]), (2.0, [False, True])):  # of a; of b as much as 0.5 prior measurements tell
+        fit = SimpleNamespace(numbers=known, withheld={}, estimate=np.full(2, 0.1), information=np.diag([shown, 0.5]))
+        assert [bool(verdict._withheld(fit, entry, free)) for free in numbers] == left_out
