@@ -25,7 +25,7 @@ class Reveal(Result):
 
     def to_dict(self):
         """What `hlcs mystery reveal --json` writes."""
-        document = {"name": self.name, **self.answer, "laws": self.laws}
+        document = {"format": 1, "name": self.name, **self.answer, "laws": self.laws}
         if self.diagnosis:
             names = ("verdict", "effects", "parameters", "ambiguous", "error", "adequate")
             document["found"] = {key: getattr(self.diagnosis, key) for key in names}

@@ -25,4 +25,4 @@ def course_copy(out, json_file, quiet):
     files = lessons.copy(out)
     titles = {file.name: lessons.title(file.stem) for file in files}
     text = "\n".join(f"{name:34} {title}" for name, title in titles.items())
-    publish({"folder": str(files[0].parent), "lessons": titles}, text, json_file, out, quiet)
+    publish({"format": 1, "folder": str(files[0].parent), "lessons": titles}, text, json_file, out, quiet)

@@ -22,7 +22,7 @@ def mystery_list(json_file, quiet):
     """One name a line with its room and its title."""
     titles = {name: mystery_sets.title(name) for name in mystery_sets.names()}
     lines = [f"{name:18} {room:17} {titles[name]}" for room, sets in mystery_sets.rooms().items() for name in sets]
-    publish(titles, "\n".join(lines), json_file, None, quiet)
+    publish({"format": 1, "titles": titles}, "\n".join(lines), json_file, None, quiet)
 
 
 @mystery.command("copy")

@@ -48,6 +48,8 @@ def json_option(command):
     @functools.wraps(command)
     def given(json_file=None, **others):
         if json_file != "-":
+            if json_file:
+                folders.check_file(json_file)  # refused now, not after the work
             return command(json_file=json_file, **others)
         stream = sys.stdout
         with redirect_stdout(sys.stderr):

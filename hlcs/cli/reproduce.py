@@ -58,4 +58,4 @@ def reproduce(table, repeats, workers, seed, preset_name, out, json_file, quiet,
                 error_handling.say(texts.pop(name))
         if table == "all" and folder:
             reproduce_files.write_index(documents, texts, folder, time.perf_counter() - started)
-    publish(documents if table == "all" else documents[table], "\n".join(texts.values()), json_file, out, quiet)
+    publish({"format": 1, **documents} if table == "all" else documents[table], "\n".join(texts.values()), json_file, out, quiet)

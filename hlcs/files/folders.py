@@ -6,6 +6,7 @@ the old result, nothing, or the whole new one. No pickle anywhere.
 
 import hashlib
 import os
+import re
 import secrets
 import shutil
 import stat
@@ -21,6 +22,8 @@ from minibullet.files.writing import refused, whole
 
 # in every result folder: hash, size and name of each file this program wrote, so that a later run replaces those and no others
 CONTENTS = ".hlcs"
+RESULT = r'\s*\{\s*"format"\s*:\s*\d'  # how the JSON of this program begins, whoever set its spaces
+LONGEST_MARK = 200  # bytes at the head of a file that tell who wrote it
 MOST_LISTED = 1_000_000  # bytes of that list; a line takes about a hundred
 
 
@@ -65,6 +68,25 @@ def check_folder(path):
         if target.exists() and not target.is_dir():
             raise InputError(f"'{target}' is a file, not a folder; give another folder for the results")
     return Path(path).expanduser()
+
+
+def check_file(path, begins=RESULT, form="JSON"):
+    """InputError where a file of somebody else stands at a path, or a folder or device, or no folder can hold it.
+
+    begins: regular expression with which a file begins that this program wrote; form: what that is. An empty file is nobody's.
+    """
+    path = Path(path).expanduser()
+    check_folder(path.parent)
+    with _explained(path):
+        if not path.exists():
+            return
+        if not path.is_file():
+            what = "folder" if path.is_dir() else "device, a pipe or a socket"
+            raise InputError(f"'{path}' is a {what}; give the name of a file")
+        with open(path, "rb") as file:
+            head = file.read(LONGEST_MARK)
+    if head and not re.match(begins.encode(), head):
+        raise InputError(f"'{path}' is there already and was not written by this program as {form}; give another name")
 
 
 def save_files(folder, found):
@@ -118,9 +140,17 @@ def write_text(path, text):
 
 
 def write_json(path, value):
-    """Write `value` as strict JSON, see `to_json`; where `path` refuses it, it is kept elsewhere, see `keep`."""
+    """Write `value` as strict JSON, see `to_json`; where `path` refuses it or holds something else, it is kept elsewhere.
+
+    See `check_file` and `keep`.
+    """
     target, text = Path(path).expanduser().absolute(), to_json(value)
-    keep(lambda folder: write_text(folder / target.name, text), target.parent, text)
+
+    def write(folder):
+        check_file(folder / target.name)
+        write_text(folder / target.name, text)
+
+    keep(write, target.parent, text)
 
 
 def write_toml(path, table):

@@ -261,13 +261,8 @@ class Experiment:
 
 
 def check_target(path):
-    """InputError where a file that this program did not write stands at a path, or a folder, or no folder can hold it."""
-    path = Path(path).expanduser()
-    folders.check_folder(path.parent)
-    if path.is_dir():
-        raise InputError(f"'{path}' is a folder; give the name of an experiment file, such as '{path / 'mended.toml'}'")
-    if path.exists() and not read_bytes(path, str(path), MOST_BYTES, "give another name").startswith(MADE.encode()):
-        raise InputError(f"'{path}' is there already and was not written by this program; give another name")
+    """InputError where no experiment file can be written, see `hlcs.files.folders.check_file`."""
+    folders.check_file(path, MADE, "an experiment file")
 
 
 def _named_files(values):

@@ -308,6 +308,46 @@ def test_what_a_diagnosis_finds_is_written_and_its_next_command_compares_it(hlcs
     assert (status, text) == (2, "") and "is there already and was not written by this program" in errors
 
 
+@pytest.mark.parametrize(
+    "line",
+    [
+        ["compare", "case/experiment.toml"],
+        ["diagnose", "case/experiment.toml"],
+        ["place", "test.toml"],
+        ["effects", "magnus"],
+        ["mystery", "list"],
+    ],
+)
+@pytest.mark.parametrize("name", ["case/experiment.toml", "case/recording_01.csv", "test.toml", "notes.json", "case"])
+def test_no_result_is_written_over_a_file_of_the_user(hlcs, tmp_path, line, name):
+    """--json refuses it before the work begins; the file keeps its bytes."""
+    hlcs("mystery", "copy", "tower-drop", "--out", "case")
+    (tmp_path / "test.toml").write_text("[placement]\nlayers = 1\n")
+    (tmp_path / "notes.json").write_text('{"name": "drop", "format": 1}')
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    status, text, errors = hlcs(*line, "--json", name)
+    assert (
+        (status, text, errors.count("\n")) == (2, "", 1) and f"'{name}' is" in errors and "give a" in errors.replace("the", "a")
+    )
+    assert before == {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+
+
+def test_an_earlier_result_and_an_empty_file_are_written_over(hlcs, tmp_path):
+    """Every command marks its JSON; a program that sets its spaces otherwise takes nothing from that."""
+    (tmp_path / "r.json").touch()
+    lines = [
+        ["mystery", "list"],
+        ["mystery", "reveal", "tower-drop", "--no-fit"],
+        ["effects"],
+        ["course", "copy", "--out", "class"],
+    ]
+    for line in lines:
+        status, _, errors = hlcs(*line, "--json", "r.json")
+        told = json.loads((tmp_path / "r.json").read_text())
+        assert (status, errors) == (0, "") and next(iter(told)) == "format"
+        (tmp_path / "r.json").write_text(json.dumps(told, indent=4))
+
+
 def test_what_cannot_be_written_costs_no_finished_diagnosis(hlcs, monkeypatch):
     def full(experiment, path):
         raise InputError(f"'{path}': no space is left")

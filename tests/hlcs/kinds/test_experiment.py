@@ -143,7 +143,7 @@ def test_a_file_of_the_user_is_never_written_over(tmp_path):
     experiment.save(tmp_path / "mended.toml").save(tmp_path / "mended.toml")  # our own may be
     with pytest.raises(hlcs.InputError, match="throws.toml' is there already and was not written by this program"):
         experiment.save(tmp_path / "throws.toml")
-    with pytest.raises(hlcs.InputError, match="is a folder; give the name of an experiment file"):
+    with pytest.raises(hlcs.InputError, match="is a folder; give the name of a file"):
         experiment.save(tmp_path)
 
 
