@@ -49,7 +49,8 @@ class Pair(click.ParamType):
     type=Pair("height_m=0.80", True),
     multiple=True,
     metavar="COLUMN=VALUE",
-    help="a column of a table that is the same in every row; may be repeated",
+    help="a column of a table that is the same in every row, or of recordings a number of the body or its surroundings, "
+    "such as mass_kg=0.0577; may be repeated",
 )
 @click.option("--release-time", type=float, metavar="SECONDS", help="when the body was let go, on the clock of a list of sounds")
 @json_option

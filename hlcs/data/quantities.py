@@ -58,6 +58,16 @@ INPUTS = {  # lowest and highest value of each input of a table
     "bounce": (1, 100),
     "impact_speed_m_s": (0, 400),
 }
+ROW_KEYS = {  # of a row, or stated of all of them -> where the file states it (section, key)
+    "mass_kg": ("body", "mass"),
+    "radius_m": ("body", "radius"),
+    "friction": ("surroundings", "friction"),
+    "restitution": ("surroundings", "restitution"),
+    "gravity_m_s2": ("surroundings", "gravity"),
+    "fluid_density_kg_m3": ("surroundings", "fluid_density"),
+    "fluid_viscosity_pa_s": ("surroundings", "fluid_viscosity"),
+    "tube_radius_m": ("surroundings", "tube_radius"),
+}
 
 
 def unit_of(channel, otherwise):

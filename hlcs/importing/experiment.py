@@ -131,34 +131,40 @@ def optional(text, comment):
     return f"{'# ' + text:{WIDTH}}  # {comment}"
 
 
-def body_lines(known=()):
-    """[body], of a phone a box; known: columns of the recordings, or of a table that states it row by row."""
+def body_lines(known=(), stated=None):
+    """[body], of a phone a box; known: columns of the recordings, or of a table that states it row by row.
+
+    stated: {key: value} that the user states of all recordings.
+    """
+    stated = stated or {}
     weighed = "kg: weigh it; delete the line if it is not known"
     if "radius_m" in known:
         weighed = "kg, if bodies of all sizes have one mass; else delete the line and add a column mass_kg to the table"
-    if known & {*ACCELERATIONS} and not known & {*COLUMNS[1:4], *PIXELS}:
+    if known & {*ACCELERATIONS} and not known & {*COLUMNS[1:4], *PIXELS} and "radius" not in stated:
         size = '[x, y, z] in m along the axes of the phone, such as [0.075, 0.16, 0.008]; or shape = "sphere" with radius'
-        return [entry("shape", "box"), entry("size", FILL_IN, size), entry("mass", FILL_IN, weighed)]
+        return [entry("shape", "box"), entry("size", FILL_IN, size), entry("mass", stated.get("mass", FILL_IN), weighed)]
     others = '"disc", "cylinder", "cone" with radius, height; "box" with size = [x, y, z]; "cubipod" with side; "mesh" with mesh'
     lines = [entry("shape", "sphere", f"or {others}")]
     for key, column, comment in (("radius", "radius_m", "m: half the diameter"), ("mass", "mass_kg", weighed)):
         if column not in known:
-            lines.append(entry(key, FILL_IN, comment))
+            lines.append(entry(key, stated.get(key, FILL_IN), comment))
     area = "m2: what a drag coefficient refers to, of a body of none of these shapes, such as a coffee filter"
     return [*lines, optional("drag_area = 0.018", area)]
 
 
-def surroundings_lines(known, flies=None):
+def surroundings_lines(known, flies=None, stated=None):
     """[surroundings], with what may be added, and what must be filled in.
 
     known: columns of the recordings, or of the table; flies: do the bodies of the recordings move through the air? None = nothing
-    tells.
+    tells; stated: {key: value} that the user states of all recordings.
 
     A contact that the outcome rests on is asked for: a default would act in silence, and be told as if it had been measured.
     """
-    lines = [entry("gravity", 9.81, "m/s2")]
+    stated = stated or {}
+    lines = [entry("gravity", stated.get("gravity", 9.81), "m/s2")]
     if "fluid_density_kg_m3" not in known:
-        lines.append(entry("fluid_density", AIR, "kg/m3; 998 in water, 0.0 in a vacuum"))
+        lines.append(entry("fluid_density", stated.get("fluid_density", AIR), "kg/m3; 998 in water, 0.0 in a vacuum"))
+    lines += [entry(key, stated[key]) for key in ("fluid_viscosity", "tube_radius") if key in stated]
     asked = [key for key, outcomes in RESTS_ON.items() if known & outcomes and key not in known]
     if known & {*OUTCOMES}:
         return lines + [entry(key, FILL_IN, CONTACTS[key]) for key in asked]
@@ -169,7 +175,10 @@ def surroundings_lines(known, flies=None):
         where = "m: where the floor is, in the z of the recordings; left out = no floor"
         lines.append(optional("floor.height = 0.0", where))
     example = {"friction": 0.5, "restitution": 0.0}  # what acts where there is a floor and they are left out
-    return lines + [optional(f"{key} = {example[key]}", f"{CONTACTS[key]}; where there is a floor") for key in CONTACTS]
+    for key, told in CONTACTS.items():
+        comment = f"{told}; where there is a floor"
+        lines.append(entry(key, stated[key], comment) if key in stated else optional(f"{key} = {example[key]}", comment))
+    return lines
 
 
 def places_of(name, text):

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from hlcs.data.model_entries import FILL_IN
-from hlcs.data.quantities import OUTCOMES
+from hlcs.data.quantities import OUTCOMES, ROW_KEYS
 from hlcs.data.recordings import ACCELERATIONS, COLUMNS, LEAST_AT_REST, PIXELS, Accelerations, Trial
 from hlcs.data.validation import check_at_rest
 from hlcs.files import folders
@@ -130,6 +130,7 @@ def import_measurements(files, format, out, static=None, **overrides):
             f"{shown(paths[0])} and others: some hold recordings, others one experiment a row; import them one by one"
         )
     (kind,) = kinds
+    _check_constants(founds, said)
     still = None if static is None else reader.read(static, said)
     rest = still and _at_rest(still, static)
     contents, trials, whats = _tables(founds, said) if kind == "outcomes" else _recordings(founds)
@@ -144,7 +145,8 @@ def import_measurements(files, format, out, static=None, **overrides):
     if still:
         read.append((shown(static, 255), [one for one in still.assumptions if not one.of_motion]))
     of_files = each_once(read)
-    in_air = [IN_AIR] if any(line.startswith("fluid_density") for line in sections["surroundings"]) else []
+    assumed = any(line.startswith("fluid_density") for line in sections["surroundings"])
+    in_air = [IN_AIR] if assumed and "fluid_density_kg_m3" not in said.constant else []
     notes = tuple(dict.fromkeys((*of_files, *in_air)))
     head = _head(kind, reader.NAME, paths, said, Path(out).name if len(paths) > 1 else Path(paths[0]).stem)
     text = experiment_text(head, sections, trials, notes)
@@ -187,6 +189,18 @@ def checked_overrides(format, given):
         if not is_number(value):
             raise InputError(f"--constant {shown(name)}={shown_value(value)}: must be a number, in SI")
     return said
+
+
+def _check_constants(founds, said):
+    """Refuse a constant that says nothing: about recordings what no experiment file states, about a table one of its columns."""
+    for name in said.constant:
+        if all(found.rows is None for found in founds) and name not in ROW_KEYS:
+            raise InputError(
+                f"--constant {name}: says nothing about recordings, only about a table with one experiment a row; "
+                f"about recordings: {', '.join(ROW_KEYS)}"
+            )
+        if any(name in (found.rows or ()) for found in founds):
+            raise InputError(f"--constant {name}: is a column of the table already; leave it out")
 
 
 def option(name):
@@ -308,9 +322,14 @@ def _sections(founds, said, written, rest):
     rows = {name for found in founds for name in found.rows or ()}
     told = {one.flies for found in founds for one in found.recordings}
     flies = told.pop() if len(told) == 1 else None
+    columns = {*rows, *_columns(founds)}
+    if rows:  # constants are columns of the table; of recordings they stand in the experiment file
+        columns, stated = {*columns, *said.constant}, {}
+    else:
+        stated = {ROW_KEYS[name][1]: value for name, value in said.constant.items()}
     return {
-        "body": body_lines({*rows, *said.constant, *_columns(founds)}),
-        "surroundings": surroundings_lines({*rows, *said.constant, *_columns(founds)}, flies),
+        "body": body_lines(columns, stated),
+        "surroundings": surroundings_lines(columns, flies, stated),
         "model": [entry("effects", [], 'what is known to act, such as { name = "buoyancy", fluid_density = 1.2 }')],
         "measurement": _measurement(founds, written, rest),
     }

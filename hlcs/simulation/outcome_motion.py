@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hlcs.data.quantities import OUTCOMES
+from hlcs.data.quantities import OUTCOMES, ROW_KEYS
 from hlcs.data.rigid_body import rigid_body, support
 from hlcs.effects.contract import Setup
 from hlcs.simulation.free_flight import fly
@@ -367,16 +367,6 @@ USES = {  # inputs that an outcome depends on, beside those of ROW_KEYS
     "bounce_time_s": ("height_m", "bounce"),
     "rebound_speed_m_s": ("impact_speed_m_s",),
     "range_m": ("speed_m_s", "angle_deg", "height_m", "spin_rad_s"),
-}
-ROW_KEYS = {  # of a row, in the place of what the file states
-    "mass_kg": ("body", "mass"),
-    "radius_m": ("body", "radius"),
-    "friction": ("surroundings", "friction"),
-    "restitution": ("surroundings", "restitution"),
-    "gravity_m_s2": ("surroundings", "gravity"),
-    "fluid_density_kg_m3": ("surroundings", "fluid_density"),
-    "fluid_viscosity_pa_s": ("surroundings", "fluid_viscosity"),
-    "tube_radius_m": ("surroundings", "tube_radius"),
 }
 
 

@@ -1,6 +1,7 @@
 """From export to experiment: what is to be filled in, by line; accepted once it is; options; the command."""
 
 import json
+import tomllib
 
 import numpy as np
 import pytest
@@ -172,6 +173,31 @@ def test_a_contact_that_the_outcome_rests_on_is_asked_for_and_no_other(imported,
     if asked:
         known, _ = imported({"b.csv": text}, "csv", constant={asked: 0.5})
         assert not [place for place in known.fill_in if place.key.startswith("surroundings")]
+
+
+PATH = "t,x,y\n" + "".join(f"{k / 10},{k * 0.1},{1 - k * k * 0.05}\n" for k in range(12))
+
+
+def test_constants_of_recordings_stand_in_the_experiment_file(imported):
+    """In place of "fill in" and of what is assumed; a phone of which a radius is stated is a sphere."""
+    around = {"gravity_m_s2": 9.79, "fluid_density_kg_m3": 998.0, "fluid_viscosity_pa_s": 1e-3, "tube_radius_m": 0.2}
+    given = {"mass_kg": 0.0577, "radius_m": 0.0335, "friction": 0.4, "restitution": 0.7} | around
+    found, _ = imported(PATH, "csv", constant=given)
+    values = tomllib.loads(found.experiment.read_text())
+    assert values["body"] == {"shape": "sphere", "radius": 0.0335, "mass": 0.0577}
+    numbers = (9.79, 998.0, 1e-3, 0.2, 0.4, 0.7)
+    names = ("gravity", "fluid_density", "fluid_viscosity", "tube_radius", "friction", "restitution")
+    assert values["surroundings"] == dict(zip(names, numbers, strict=True))
+    assert [place.key for place in found.fill_in] == ["measurement.noise.position"] and "in air" not in str(found)
+    rows = "".join(f"{k / 50},0,0,9.8,9.8\n" for k in range(40))
+    phone, _ = imported(RAW.format("") + rows, "phyphox", constant={"mass_kg": 0.2, "radius_m": 0.05})
+    assert tomllib.loads(phone.experiment.read_text())["body"] == {"shape": "sphere", "radius": 0.05, "mass": 0.2}
+
+
+def test_a_constant_that_says_nothing_is_refused(refused):
+    refused(PATH, "csv", "--constant height_m: says nothing about recordings", "mass_kg, radius_m", constant={"height_m": 1.0})
+    table = "height_m,fall_time_s\n1,0.45\n"
+    refused(table, "csv", "--constant height_m: is a column of the table already", constant={"height_m": 2.0})
 
 
 @pytest.mark.parametrize("linear", ["Linear ", ""])
