@@ -65,19 +65,23 @@ def nearest(name, known, least=0.0):
 
 def one_of(name, known, words="it must be one of"):
     """The end of a message on a name that is none of the known ones: what it may be, and which word was most likely meant."""
-    meant = f"; did you mean '{nearest(name, known)}'?" if isinstance(name, str) else ""
-    return f"{words} {', '.join(known)}{meant}"
+    return f"{words} {', '.join(known)}{if_alike(name, known) if isinstance(name, str) else ''}"
 
 
 def known_one(name, known, told="the nearest known key is"):
     """The end of a message on a name that is not known: the nearest that is, or all of them where none is like it."""
     if near := nearest(name, known, LIKE):
         return f"{told} '{near}'"
+    return f"known are {listed(known)}"
+
+
+def listed(known):
+    """Names as messages list them, the first of many."""
     known = list(known)
-    return f"known are {', '.join(known[:MOST_TOLD])}" + ", .." * (len(known) > MOST_TOLD)
+    return ", ".join(known[:MOST_TOLD]) + ", .." * (len(known) > MOST_TOLD)
 
 
 def if_alike(name, known):
     """The end of a message where other words than the known ones may be right too: what was meant, if one of them is alike."""
-    near = nearest(name, known, 0.6)
+    near = nearest(name, known, LIKE)
     return f"; did you mean '{near}'?" if near else ""

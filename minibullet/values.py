@@ -4,7 +4,7 @@ from dataclasses import MISSING, fields
 from html import escape
 from inspect import CO_VARKEYWORDS
 
-from minibullet.errors import InputError, nearest, shown_value
+from minibullet.errors import InputError, if_alike, listed, shown_value
 
 LONGEST = 60  # letters of a field that is neither a number nor a word
 
@@ -18,8 +18,8 @@ class Named:
             known = code.co_varnames[1 : code.co_argcount + code.co_kwonlyargcount]
             for name in named:
                 if name not in known:
-                    meant = f"; did you mean {nearest(name, known)!r}?" if known else "; it takes none"
-                    raise InputError(f"{cls.__name__} has no argument {shown_value(name)}{meant}")
+                    takes = if_alike(name, known) or f"; it takes {listed(known) or 'none'}"
+                    raise InputError(f"{cls.__name__} has no argument {shown_value(name)}{takes}")
         return super().__new__(cls)
 
 

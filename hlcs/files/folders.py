@@ -17,6 +17,7 @@ from pathlib import Path, PurePosixPath
 from hlcs.files.documents import to_json, to_toml
 from hlcs.processes import interrupts
 from minibullet.errors import InputError, RunError
+from minibullet.files import reading
 from minibullet.files.reading import read_text
 from minibullet.files.writing import refused, whole
 
@@ -61,13 +62,21 @@ def result_folder(path):
         shutil.rmtree(partial, ignore_errors=True)
 
 
+def path_of(path):
+    """The Path of a file or folder that somebody names, ~ for his own folder; InputError where it can be none."""
+    try:
+        return reading.path_of(path, "file or folder").expanduser()
+    except RuntimeError as problem:  # ~ of nobody
+        raise InputError(f"'{path}': {problem}") from None
+
+
 def check_folder(path):
     """InputError where no folder can be: a file in its place, or a link to nothing; returns the folder's Path."""
     target = _real(path)
     with _explained(target):
         if target.exists() and not target.is_dir():
             raise InputError(f"'{target}' is a file, not a folder; give another folder for the results")
-    return Path(path).expanduser()
+    return path_of(path)
 
 
 def check_file(path, begins=RESULT, form="JSON"):
@@ -75,7 +84,7 @@ def check_file(path, begins=RESULT, form="JSON"):
 
     begins: regular expression with which a file begins that this program wrote; form: what that is. An empty file is nobody's.
     """
-    path = Path(path).expanduser()
+    path = path_of(path)
     check_folder(path.parent)
     with _explained(path):
         if not path.exists():
@@ -127,7 +136,7 @@ def keep(write, folder, document=None):
 
 def write_bytes(path, data):
     """Write a file whole or not at all; `data` is bytes. Raises InputError or RunError where it cannot be written."""
-    target = Path(path).expanduser().absolute()
+    target = path_of(path).absolute()
     with _explained(target):
         target.parent.mkdir(parents=True, exist_ok=True)
         with whole(target) as partial:
@@ -144,7 +153,7 @@ def write_json(path, value):
 
     See `check_file` and `keep`.
     """
-    target, text = Path(path).expanduser().absolute(), to_json(value)
+    target, text = path_of(path).absolute(), to_json(value)
 
     def write(folder):
         check_file(folder / target.name)
@@ -196,7 +205,7 @@ def _hidden(folder, name):
 
 def _real(path):
     """The folder itself where `path` is a link to one; InputError where it is a link to nothing."""
-    target = Path(path).expanduser().absolute()
+    target = path_of(path).absolute()
     with _explained(target):
         if target.is_symlink() and not target.exists():
             raise InputError(f"'{target}' is a link to '{os.readlink(target)}', which is not there; make that folder first")

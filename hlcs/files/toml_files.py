@@ -14,7 +14,7 @@ from pathlib import Path
 
 from hlcs.files import limits
 from hlcs.files.limits import LARGEST
-from minibullet.errors import LONGEST_NAME, InputError, InputWarning, is_number, known_one, nearest, shown, shown_value
+from minibullet.errors import LONGEST_NAME, InputError, InputWarning, if_alike, is_number, known_one, nearest, shown, shown_value
 from minibullet.files.reading import read_text
 
 EXAMPLES = {
@@ -241,7 +241,5 @@ class TomlFile:
         if not isinstance(value, str):
             self.fail(key, f"must be text, got {shown_value(value)}", section, index)
         if allowed and value not in allowed:
-            self.fail(
-                key, f"'{shown(value)}' is not one of {', '.join(allowed)}; nearest: '{nearest(value, allowed)}'", section, index
-            )
+            self.fail(key, f"'{shown(value)}' is not one of {', '.join(allowed)}{if_alike(value, allowed)}", section, index)
         return value

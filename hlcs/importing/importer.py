@@ -34,7 +34,7 @@ from hlcs.importing.experiment import (
 )
 from hlcs.importing.found import Assumption, Overrides, each_once
 from hlcs.importing.units import CHOICES
-from minibullet.errors import InputError, is_number, nearest, one_of, shown, shown_value
+from minibullet.errors import InputError, is_number, known_one, one_of, shown, shown_value
 
 FORMATS = {"tracker": tracker, "phyphox": phyphox, "optitrack": optitrack, "csv": spreadsheet}
 GROUP = "what is held out together: name the day, the camera, the ball"
@@ -46,6 +46,7 @@ TURNING = {  # what is needed of the start where an accelerometer turns with the
     "orientation": "(w, x, y, z): how the axes of the phone lie at the start; [1.0, 0.0, 0.0, 0.0]: its z points up",
     "angular_velocity": "rad/s: how it turns at the start; [0.0, 0.0, 0.0]: it does not",
 }
+NEAREST = "the nearest is"
 START = "m/s: in each [[trial]] that was let go at rest; what is not stated is fitted"
 
 
@@ -164,7 +165,7 @@ def checked_overrides(format, given):
     known = [one.name for one in fields(Overrides)]
     for name in given:
         if name not in known:
-            raise InputError(f"'{shown(name)}' is no option of an import; the nearest is '{nearest(name, known)}'")
+            raise InputError(f"'{shown(name)}' is no option of an import; {known_one(name, known, NEAREST)}")
     said = Overrides(**{name: value for name, value in given.items() if value is not None})
     for name in said.given():
         if name not in FORMATS[format].USES:
@@ -181,11 +182,11 @@ def checked_overrides(format, given):
     columns = (*IN_RECORDINGS, *IN_TABLES)
     for name, allowed in ((name, columns) for name in said.column.values()):
         if name not in allowed:
-            raise InputError(f"--column ..={shown(name)}: no column of this project; the nearest is '{nearest(name, allowed)}'")
+            raise InputError(f"--column ..={shown(name)}: no column of this project; {known_one(name, allowed, NEAREST)}")
     inputs = [name for name in IN_TABLES if name not in (*OUTCOMES, "group", "bounce")]
     for name, value in said.constant.items():
         if name not in inputs:
-            raise InputError(f"--constant {shown(name)}: no input of a table; the nearest is '{nearest(name, inputs)}'")
+            raise InputError(f"--constant {shown(name)}: no input of a table; {known_one(name, inputs, NEAREST)}")
         if not is_number(value):
             raise InputError(f"--constant {shown(name)}={shown_value(value)}: must be a number, in SI")
     return said

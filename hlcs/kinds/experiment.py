@@ -184,7 +184,7 @@ class Experiment:
         under a title of its own, or nowhere. Raises InputError where another file of that name stands there, or none can be
         written.
         """
-        path, found = Path(path).expanduser(), {}
+        path, found = folders.path_of(path), {}
         check_target(path)
 
         def name_of(name):

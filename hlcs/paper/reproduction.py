@@ -51,6 +51,6 @@ def reproduce(table, repeats=None, seed=1, workers=None, preset=None, progress=N
     not. What has no picture (blind, slope, set_back, ladder, blender) is run by the command `hlcs reproduce` alone.
     """
     if table not in reproduce_files.PICTURES:
-        raise InputError(one_of(table, reproduce_files.PICTURES, f"reproduce: table = {shown_value(table)}"))
+        raise InputError(f"reproduce: table = {shown_value(table)}; {one_of(table, reproduce_files.PICTURES)}")
     plan = Plan(settings, repeats, seed, workers, preset)
     return Reproduction(reproduce_files.run(table, plan, progress=progress)[0])

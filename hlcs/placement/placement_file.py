@@ -25,7 +25,7 @@ from hlcs.placement.sea_bottom import parse_bottom
 from hlcs.placement.standing_units import parse_standing
 from minibullet.effects import library
 from minibullet.effects.contract import parameters
-from minibullet.errors import InputError, known_one, nearest, shown, shown_value
+from minibullet.errors import InputError, known_one, shown, shown_value
 
 FIELDS = tuple(field.name for field in fields(PlacementTest))
 KEYS = (*FIELDS, "nominal_diameter", "stacking")
@@ -155,16 +155,16 @@ def _effects(entries):
             raise InputError(f"placement: effects: {shown_value(entry)} has no name; write {EXAMPLE}")
         kinds = library()
         if name not in kinds:
-            near = nearest(name, kinds)
-            raise InputError(f"placement: effects: unknown effect {shown_value(name)}; the nearest known effect is '{near}'")
+            near = known_one(name, kinds, "the nearest known effect is")
+            raise InputError(f"placement: effects: unknown effect {shown_value(name)}; {near}")
         numbers = {key: value for key, value in entry.items() if key != "name"}
         for key, value in numbers.items():
             known = parameters(kinds[name])
             if not known:
                 raise InputError(f'placement: effects: {name} has no numbers; write {{ name = "{name}" }}')
             if key not in known:
-                near = nearest(key, known)
-                raise InputError(f"placement: effects: {name} has no number {shown_value(key)}; the nearest is '{near}'")
+                near = known_one(key, known, "the nearest is")
+                raise InputError(f"placement: effects: {name} has no number {shown_value(key)}; {near}")
             if isinstance(value, int | float) and not abs(value) <= LARGEST:
                 raise InputError(f"placement: effects: {name}: {key} = {shown_value(value)}; it must be at most {LARGEST:g}")
         found.append(kinds[name](**numbers))

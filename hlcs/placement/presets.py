@@ -6,7 +6,7 @@ plates too; 60 steps a second and 10 iterations, the program's own defaults in 2
 preset sets it. docs/errata.md says what each does.
 """
 
-from minibullet.errors import InputError, nearest
+from minibullet.errors import InputError, known_one
 
 PAPER = {
     "friction": 0.36,
@@ -27,5 +27,5 @@ PRESETS = {"paper": PAPER}
 def preset(name):
     """The settings of a preset, keys as in [placement]; none for None. InputError with the nearest name for an unknown one."""
     if name is not None and name not in PRESETS:
-        raise InputError(f"preset '{name}': unknown; the nearest known preset is '{nearest(name, PRESETS)}'")
+        raise InputError(f"preset '{name}': unknown; {known_one(name, PRESETS, 'the nearest known preset is')}")
     return dict(PRESETS[name]) if name is not None else {}

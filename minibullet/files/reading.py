@@ -3,9 +3,17 @@
 import stat
 from pathlib import Path
 
-from minibullet.errors import InputError, shown
+from minibullet.errors import InputError, shown, shown_value
 
 WORKBOOKS = {b"PK\x03\x04": "an Excel workbook or a zip archive", b"\xd0\xcf\x11\xe0": "an old Excel workbook"}
+
+
+def path_of(path, name):
+    """The Path that somebody gave; InputError where it can be none. name: what messages call the file."""
+    try:
+        return Path(path)
+    except TypeError:
+        raise InputError(f"{name}: {shown_value(path)} is no path; give its name as text") from None
 
 
 def read_bytes(path, name, most_bytes, remedy):

@@ -7,6 +7,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from minibullet.errors import InputError, RunError
+from minibullet.files.reading import path_of
 
 # refusals that speak of the name that was given; all others (a full disk, a broken one, too many open files) are nobody's input
 NAMED = {
@@ -60,6 +61,7 @@ def refused(error, what):
 
 def replace_file(path, content):
     """Bytes into a file, whole or not at all; InputError or RunError where it cannot be written."""
+    path = path_of(path, "world")
     try:
         with whole(path) as partial:
             partial.write_bytes(content)

@@ -9,6 +9,7 @@ import numpy as np
 
 from minibullet import rotations
 from minibullet.errors import InputError, is_number, shown_value
+from minibullet.shapes.convex import weighs
 from minibullet.shapes.polyhedra import principal_axes
 
 STATE = {"position": 3, "orientation": 4, "velocity": 3, "angular_velocity": 3}  # field: how many numbers
@@ -166,11 +167,9 @@ def unit(title, quaternion):
 
 def check_volume(title, shape):
     """Refuse a solid whose mass properties floating-point numbers cannot hold."""
-    with np.errstate(all="ignore"):
-        volume, inertia = float(shape.volume), np.asarray(shape.inertia)
-    if not (0.0 < volume < np.inf and np.isfinite(inertia).all() and inertia.any()):
+    if not weighs(shape):
         raise InputError(
-            f"{title}: the volume of its shape is {volume:g} m3, and its inertia is not a number above zero that double "
+            f"{title}: the volume of its shape is {shape.volume:g} m3, and its inertia is not a number above zero that double "
             "precision holds; give lengths in metres"
         )
 

@@ -9,7 +9,6 @@ import dataclasses
 import hashlib
 import io
 import json
-from pathlib import Path
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from minibullet.effects import library
 from minibullet.effects.contract import name_of, parameters
 from minibullet.errors import InputError, is_number, shown_value
 from minibullet.files.arrays import ArrayFile
+from minibullet.files.reading import path_of
 from minibullet.files.writing import replace_file
 from minibullet.scene import records
 from minibullet.scene.registry import Body, Plane
@@ -162,7 +162,7 @@ def _numbers(effect):
 def load(world_class, path, effects=None):
     """The world saved at ``path``. effects: the values it was saved with, needed only where some are a user's own."""
     name = f"world file {str(path)!r}"
-    if not Path(path).exists():
+    if not path_of(path, "world file").exists():
         raise InputError(f"{name}: there is no such file")
     file = ArrayFile(path, name, MOST_BYTES, "it is not a file that World.save wrote, or it was changed: save the world again")
     text = str(file.take("header", str, ()))

@@ -6,7 +6,7 @@ from math import pi, sqrt
 
 import numpy as np
 
-from minibullet.errors import InputError
+from minibullet.errors import InputError, is_number, shown_value
 from minibullet.rotations import dot, matrix
 from minibullet.shapes import polyhedra
 from minibullet.values import Named
@@ -145,12 +145,18 @@ class ConvexPiece(Named):
 def check_lengths(name, **lengths):
     """Refuse lengths that are not positive finite numbers."""
     for field, value in lengths.items():
-        try:
-            fine = np.isfinite(value) and value > 0
-        except TypeError:
-            fine = False
-        if not fine:
-            raise InputError(f"{name}: {field} = {value!r}; must be a finite length > 0 in metres")
+        if not (is_number(value) and value > 0):
+            raise InputError(f"{name}: {field} = {shown_value(value)}; must be a finite length > 0 in metres")
+
+
+def weighs(shape):
+    """Whether double precision holds the volume and the inertia of a shape."""
+    try:
+        with np.errstate(all="ignore"):
+            volume, inertia = float(shape.volume), np.asarray(shape.inertia, dtype=float)
+    except OverflowError:  # whole numbers of hundreds of digits
+        return False
+    return bool(0.0 < volume < np.inf and np.isfinite(inertia).all() and inertia.any())
 
 
 def _points(name, points):

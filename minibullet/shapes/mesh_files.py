@@ -6,12 +6,11 @@ Geomview Manual, section 4.2.5 (OFF).
 """
 
 from io import BytesIO
-from pathlib import Path
 
 import numpy as np
 
 from minibullet.errors import InputError, is_number, shown
-from minibullet.files.reading import read_bytes
+from minibullet.files.reading import path_of, read_bytes
 from minibullet.shapes import mesh_text, surfaces
 from minibullet.shapes.mesh_text import Indexed, Surface, integer, lines, quoted, refuse_many
 from minibullet.shapes.ply_files import read_ply
@@ -37,12 +36,13 @@ def read_surface(path, scale=1.0):
 
     path, scale and limits: as of `mesh_file`.
     """
-    path = Path(path)
-    name = f"mesh '{shown(path.name, 255)}'"
+    path = path_of(path, "mesh")
+    name = f"mesh '{shown(path.name or path, 255)}'"
     readers = {".stl": _read_stl, ".obj": _read_obj, ".ply": read_ply, ".off": _read_off}
     reader = readers.get(path.suffix.lower())
     if reader is None:
-        raise InputError(f"{name}: unknown ending '{shown(path.suffix)}'; give one of {', '.join(readers)}")
+        ending = f"unknown ending '{shown(path.suffix)}'" if path.suffix else "no ending, which tells what is in a file"
+        raise InputError(f"{name}: {ending}; give one of {', '.join(readers)}")
     if not (is_number(scale) and scale > 0):
         raise InputError(f"{name}: scale = {scale!r}; must be a finite number > 0, metres per unit of the file")
     surface = reader(read_bytes(path, name, MOST_BYTES, "simplify the mesh"), name)

@@ -16,10 +16,10 @@ from operator import add
 
 import numpy as np
 
-from minibullet.errors import InputError, shown
+from minibullet.errors import InputError, shown, shown_value
 from minibullet.rotations import cosine_and_sine
 from minibullet.shapes import polyhedra
-from minibullet.shapes.convex import ConvexPiece, check_lengths, farthest, swept_ball, swept_ball_area
+from minibullet.shapes.convex import ConvexPiece, check_lengths, farthest, swept_ball, swept_ball_area, weighs
 from minibullet.values import Named
 
 # Parts of a compound may overlap by this part of their size: rounding in a file is no mistake of the user.
@@ -33,6 +33,14 @@ class Centred(Named):
     @property
     def centre_of_mass(self):
         return np.zeros(3)
+
+    def _check(self, **lengths):
+        """InputError where these are no lengths, or none of a solid that can be weighed."""
+        name = type(self).__name__.lower()
+        check_lengths(name, **lengths)
+        if not weighs(self):
+            told = ", ".join(f"{field} = {shown_value(value)}" for field, value in lengths.items())
+            raise InputError(f"{name}: {told}; its volume and inertia are no numbers that double precision holds; give metres")
 
 
 class SweptBall(Centred):
@@ -69,7 +77,7 @@ class Sphere(SweptBall):
     radius: float  # of the ball [m]
 
     def __post_init__(self):
-        check_lengths("sphere", radius=self.radius)
+        self._check(radius=self.radius)
 
 
 @dataclass(frozen=True)
@@ -81,7 +89,7 @@ class Box(Centred):
     z: float  # edge along z [m]
 
     def __post_init__(self):
-        check_lengths("box", x=self.x, y=self.y, z=self.z)
+        self._check(x=self.x, y=self.y, z=self.z)
 
     @property
     def volume(self):
@@ -114,7 +122,7 @@ class Capsule(SweptBall):
     length: float  # of the segment on the x axis [m]
 
     def __post_init__(self):
-        check_lengths("capsule", radius=self.radius, length=self.length)
+        self._check(radius=self.radius, length=self.length)
 
     @property
     def core(self):
@@ -133,7 +141,7 @@ class Cylinder(Centred):
     sides: int = 32  # of the prism that it touches as [-]
 
     def __post_init__(self):
-        check_lengths("cylinder", radius=self.radius, height=self.height)
+        self._check(radius=self.radius, height=self.height)
         if not isinstance(self.sides, Integral) or not 3 <= self.sides <= MOST_SIDES:
             raise InputError(f"cylinder: sides = {shown(self.sides)}; a prism needs a whole number of sides, 3 to {MOST_SIDES}")
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import hlcs
+import minibullet as mb
 from hlcs.placement.presets import preset
 
 DROP = {"t_s": [0.0, 0.1, 0.2, 0.3], "z_m": [2.0, 1.951, 1.804, 1.559]}
@@ -64,6 +65,33 @@ def test_a_wrong_name_of_the_package_is_found_by_python_itself():
     with pytest.raises(AttributeError) as refused:
         hlcs.PlacmentTest  # noqa: B018
     assert refused.value.name == "PlacmentTest" and refused.value.obj is hlcs and "PlacementTest" in dir(hlcs)
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda: hlcs.reproduce("foo"), "table = 'foo'; it must be one of table1, table2, table3, figures, workability"),
+        (lambda: preset("foo"), "preset 'foo': unknown; known are paper"),
+        (lambda: from_frames(body={**BALL, "shape": "ball"}), "'ball' is not one of"),
+        (
+            lambda: hlcs.import_measurements("a.csv", "csv", "out", constant={"xyz": 1.0}),
+            "no input of a table; known are height_m",
+        ),
+    ],
+)
+def test_of_a_word_that_is_like_none_it_is_listed_what_there_is(call, told):
+    with pytest.raises(hlcs.InputError) as refused:
+        call()
+    assert told in str(refused.value) and "nearest" not in str(refused.value) and "did you mean" not in str(refused.value)
+
+
+@pytest.mark.parametrize("path", [3, None, b"name"])
+def test_what_can_be_no_path_is_refused_in_words(path):
+    """Whatever is to be read or written."""
+    calls = (mb.mesh_file, mb.World().save, mb.World.load, from_frames().save)
+    for call in calls:
+        with pytest.raises(hlcs.InputError, match="is no path; give its name as text"):
+            call(path)
 
 
 @pytest.mark.parametrize(

@@ -66,6 +66,20 @@ def test_an_unknown_argument_is_refused_with_the_nearest(make, wrong, right):
     assert str(refused.value) == f"{make.__name__} has no argument '{wrong}'; did you mean '{right}'?"
 
 
+@pytest.mark.parametrize(
+    ("make", "wrong", "told"),
+    [
+        (lambda: mb.QuadraticDrag(cd=1.0), "'cd'", "; it takes drag_coefficient, fluid_density, drag_per_metre"),
+        (lambda: mb.Settings(solver="foo"), "'foo'", "; it must be one of exact, gauss_seidel, sequential_impulse"),
+    ],
+)
+def test_nothing_is_guessed_of_a_word_that_is_like_none(make, wrong, told):
+    """What there is is listed; a guess that is like it by chance would mislead."""
+    with pytest.raises(mb.InputError) as refused:
+        make()
+    assert wrong in str(refused.value) and str(refused.value).endswith(told)
+
+
 @pytest.mark.parametrize(("field", "wrong", "right"), [("damping_law", "bulet", "bullet"), ("solver", "Exactly", "exact")])
 def test_a_word_that_is_none_of_a_few_is_refused_with_the_nearest(field, wrong, right):
     with pytest.raises(mb.InputError, match=f"settings: {field} = '{wrong}'.*; did you mean '{right}'\\?$"):

@@ -268,6 +268,7 @@ BAD_FILES = {
     "OFF face of 1e9 corners": ("unit.off", "OFF 1 1 1\n0 0 0\n1000000000 0 0 0\n", "line 3: face '1000000000 0 0 0'; the"),
     "OFF face of half a corner": ("unit.off", "OFF 1 1 1\n0 0 0\n3 0 0 0.5\n", "line 3: face corner '0.5' is no vertex number"),
     "OFF face of no vertex": ("unit.off", "OFF 1 1 1\n0 0 0\n3 0 0 1\n", r"line 3: face uses vertex 1 \(from 0\), but only 1"),
+    "no ending": ("unit", "", "mesh 'unit': no ending, which tells what is in a file; give one of .stl, .obj"),
     "unknown ending": ("unit.fbx", "", "unknown ending '.fbx'; give one of .stl, .obj"),
 }
 
