@@ -44,7 +44,7 @@ def what_is(given):
 
 
 def csv_of(frame, name):
-    """The CsvText of a frame, so that one reader checks files and frames alike: row 1 names the columns, a blank is missing.
+    """The CsvText of a frame, so that one reader checks files and frames alike: names, rows that count as its index, blanks.
 
     frame: columns of equal length by name (pandas, a dictionary, a structured array); one value in place of a column stands in
     every row, and columns of one value each are one row; None, NaN and what is masked are blank, durations seconds; name: what
@@ -64,7 +64,15 @@ def csv_of(frame, name):
         raise InputError(f"{name}: columns of different lengths ({told}); give all of them the same number of rows")
     rows = next(iter(lengths.values()), 1)
     columns = {column: values if values.ndim else np.full(rows, values, dtype=object) for column, values in columns.items()}
-    return CsvText(name, rows_text([list(columns), *zip(*(map(_cell, values) for values in columns.values()), strict=True)]))
+    text = rows_text([list(columns), *zip(*(map(_cell, values) for values in columns.values()), strict=True)])
+    return CsvText(name, text, tuple(_index_of(frame, rows)))
+
+
+def _index_of(frame, rows):
+    """The numbers by which its user finds the rows of a frame: its index where those are whole and differ, else 0, 1, .."""
+    index = np.asarray(getattr(frame, "index", None))
+    whole = index.dtype.kind in "iu" and index.shape == (rows,) and len(set(index.tolist())) == rows
+    return index.tolist() if whole else range(rows)
 
 
 def _objects(values, place):

@@ -141,7 +141,7 @@ def inputs_like(table, frame):
     _check_ranges(read, INPUTS)
     count, given = len(read.rows), text.text.count("\n") - 1
     if count < given:  # of a file a row without any cell is no row; here an answer for each is awaited
-        blank = min({*range(2, given + 2)} - {*read.rows.tolist()})
+        blank = next(row for row in text.rows if row not in read.rows)
         raise InputError(f"inputs, row {blank}: blank; every row needs its inputs")
     each, names = np.arange(count), np.array([f"row {row}" for row in read.rows])
     return OutcomeTable(text, table.outcome, np.full(count, np.nan), read.columns, names, each, read.rows, ())
@@ -162,7 +162,7 @@ def _check_ranges(read, ranges):
 def _input_error(read, column, name, setting):
     """One sigma of the error of an input (n,), from a column; rows of one setting share the error, so they state one number."""
     if name not in read.columns:
-        raise InputError(f"{read.name}, row {read.header_row}: column '{column}' without the column '{name}' that it belongs to")
+        raise InputError(f"{read.head}: column '{column}' without the column '{name}' that it belongs to")
     values = read.columns[column]
     _, first = np.unique(setting, return_index=True)
     wrong, unlike = ~(values >= 0), values != values[first][setting]

@@ -202,7 +202,7 @@ def read_recording(path, pixel=None, accelerometer=None, at_rest=False):
     if count < 2:
         raise InputError(f"{name}: {count} samples; a recording needs at least 2: export it anew, or leave the file out")
     for column in (column for column in table.columns if np.isnan(table.columns[column]).all()):
-        what = f"{name}, row {table.header_row}: column '{column}' is wholly blank: taken as not recorded; leave it out"
+        what = f"{table.head}: column '{column}' is wholly blank: taken as not recorded; leave it out"
         warnings.warn(what, InputWarning, stacklevel=2)
     values = np.column_stack([table.columns.get(column, np.full(count, np.nan)) for column in COLUMNS])
     times, position, orientation = values[:, 0], values[:, 1:4], values[:, 4:]
@@ -235,7 +235,7 @@ def _accelerations(table, steps, axes):
         return None
     if axes is None:
         raise InputError(
-            f"{table.name}, row {table.header_row}: column '{there[0]}': along whose axes? Write accelerometer = \"world\" (z is "
+            f"{table.head}: column '{there[0]}': along whose axes? Write accelerometer = \"world\" (z is "
             'up) or accelerometer = "body" (they turn with it) under [measurement]'
         )
     missing = np.full(len(table.rows), np.nan)
@@ -248,12 +248,12 @@ def in_metres(table, pixel):
     columns = dict(table.columns)
     if pixel is not None and (stated := [name for name in COLUMNS[1:4] if name in columns]) and not set(PIXELS) & set(columns):
         raise InputError(
-            f"{table.name}, row {table.header_row}: column '{stated[0]}' is in metres, and measurement.metres_per_pixel is "
+            f"{table.head}: column '{stated[0]}' is in metres, and measurement.metres_per_pixel is "
             f"stated; call it '{stated[0][0]}_px' where it is in pixels, or leave metres_per_pixel out"
         )
     for name, metres in zip(PIXELS, COLUMNS[1:4], strict=True):
         if name in columns:
-            place = f"{table.name}, row {table.header_row}: column '{name}'"
+            place = f"{table.head}: column '{name}'"
             if pixel is None:
                 raise InputError(f"{place}: how long is a pixel? Write metres_per_pixel = 0.002 [m] under [measurement]")
             if metres in columns:

@@ -240,7 +240,7 @@ def check_floor(trial, path):
         return []
     lift = trial.position[there][:, used] @ normal[used] - around.floor_height
     if np.median(lift) < -radius:
-        row = int(np.flatnonzero(there)[np.argmin(lift)]) + 2
+        row = trial.rows[there][np.argmin(lift)]
         raise InputError(
             f"{path}, row {row}: the centre of the body is {-lift.min():.3g} m below its floor, most samples are; "
             "check floor.height and the zero of the positions"

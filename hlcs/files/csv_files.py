@@ -1,7 +1,7 @@
 """CSV files that a user names: a row that names the columns, then rows of numbers and words, every cell checked.
 
-One reader for recordings, outcome tables, layer coefficients and surveys. Rows count as lines of the file, from 1. Empty rows and
-rows that begin with # are passed over. Every complaint is one line that names file, row and column.
+One reader for recordings, outcome tables, layer coefficients and surveys. Rows count as lines of the file, from 1; those of a
+frame as its index. Empty rows and rows that begin with # are passed over. Every complaint is one line that names file, row and column.
 """
 
 import csv
@@ -28,8 +28,8 @@ class CsvTable:
     """The columns of a file."""
 
     name: str  # what messages call the file
-    header_row: int
-    rows: np.ndarray  # row of the file that each entry stands in (n,)
+    head: str  # what messages call the row that names the columns
+    rows: np.ndarray  # row of the file that each entry stands in, of a frame its index (n,)
     columns: dict  # name -> numbers (n,), NaN where blank, or words (n,); in the order of the file
 
     def place(self, index, column):
@@ -39,10 +39,11 @@ class CsvTable:
 
 @dataclass(frozen=True)
 class CsvText:
-    """A CSV file that is in memory alone: what messages call it, and its text."""
+    """A CSV file that is in memory alone: what messages call it, its text, and the numbers of the rows below its names."""
 
     name: str
     text: str = field(repr=False)
+    rows: tuple[int, ...] = field(default=(), repr=False)  # empty: as in a file
 
     def __str__(self):
         return self.name
@@ -72,18 +73,22 @@ def read_csv(path, layout, name=None, most_rows=MOST_ROWS):
     if count > most_rows + 1:
         raise InputError(f"{name}: {count:,} lines; at most {most_rows:,} rows are read: thin them out, or split the file")
     lines = text.split("\n")
+    numbers = range(1, len(lines) + 1)
+    if isinstance(path, CsvText) and len(path.rows) == len(lines) - 2:  # the names above, nothing behind the last line end
+        numbers = [0, *path.rows, 0]
     longest = max(range(len(lines)), key=lambda k: len(lines[k]))
     if len(lines[longest]) > MOST_LINE:
         raise InputError(
-            f"{name}, row {longest + 1}: a line of {len(lines[longest]):,} characters, at most {MOST_LINE:,} are "
+            f"{name}, row {numbers[longest]}: a line of {len(lines[longest]):,} characters, at most {MOST_LINE:,} are "
             "read; is this a CSV file?"
         )
     used = [k for k, line in enumerate(lines) if line.strip(" \t,") and not is_comment(line)]
     if not used:
         raise InputError(f"{name}: is empty; the first row names the columns {_names(layout)}")
     first, *body = used
-    header = cells_of(name, first + 1, lines[first])
-    _check_header(f"{name}, row {first + 1}", header, layout)
+    head = f"{name}, row {numbers[first]}" if numbers[first] else name  # the names of a frame stand in no row
+    header = cells_of(name, numbers[first], lines[first])
+    _check_header(head, header, layout)
     rows, table = [], []
     # Python reads 1_5 as 15: who writes it means something else
     plain = set(layout.known) - set(layout.words)
@@ -96,17 +101,17 @@ def read_csv(path, layout, name=None, most_rows=MOST_ROWS):
         if (
             len(values) != len(header) or not isfinite(sum(values)) or max(map(abs, values)) > LARGEST
         ):  # a word, a blank, a quote, or a mistake: cell by cell
-            values = _row(name, k + 1, lines[k], header, layout)
+            values = _row(name, numbers[k], lines[k], header, layout)
             if values is None:
                 continue
-        rows.append(k + 1)
+        rows.append(numbers[k])
         table.append(values)
     columns = {
         column: np.array([row[place] for row in table], dtype=str if column in layout.words else float)
         for place, column in enumerate(header)
         if column in layout.known
     }
-    return CsvTable(name, first + 1, np.array(rows, dtype=int), columns)
+    return CsvTable(name, head, np.array(rows, dtype=int), columns)
 
 
 def _text_of(path, name, most_rows):

@@ -80,10 +80,10 @@ def test_a_prediction_at_the_measured_inputs_is_the_model_of_the_comparison(fall
 @pytest.mark.parametrize(
     ("inputs", "words"),
     [
-        ({"heigth_m": [1.0]}, "inputs, row 1: unknown column 'heigth_m'; the nearest known column is 'height_m'"),
+        ({"heigth_m": [1.0]}, "inputs: unknown column 'heigth_m'; the nearest known column is 'height_m'"),
         ({"friction": [0.5]}, "fall_time_s needs the column 'height_m'"),
-        ({"height_m": [-1.0]}, "inputs, row 2, column height_m: -1 cannot be right; it must be between 0 and 1000"),
-        ({"height_m": [1.0, None]}, "inputs, row 3: blank; every row needs its inputs"),
+        ({"height_m": [-1.0]}, "inputs, row 0, column height_m: -1 cannot be right; it must be between 0 and 1000"),
+        ({"height_m": [1.0, None]}, "inputs, row 1: blank; every row needs its inputs"),
         ({"height_m": [1.0], "fall_time_s": [0.4]}, "unknown column 'fall_time_s'"),
         ([1.0, 2.0], "inputs: list has no columns by name"),
     ],

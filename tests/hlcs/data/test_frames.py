@@ -21,7 +21,7 @@ def test_every_digit_word_and_gap_comes_back(frame):
     table = read_csv(csv_of(frame, "frame 1"), LAYOUT)
     np.testing.assert_array_equal(table.columns["t_s"], TIMES)
     np.testing.assert_array_equal(table.columns["z_m"], [1.0, np.nan, 3.0])
-    assert list(table.columns["group"]) == GROUPS and table.place(2, "z_m") == "frame 1, row 4, column z_m"
+    assert list(table.columns["group"]) == GROUPS and table.place(2, "z_m") == "frame 1, row 2, column z_m"
 
 
 @pytest.mark.parametrize(
@@ -30,15 +30,29 @@ def test_every_digit_word_and_gap_comes_back(frame):
         ([1.0, 2.0], "frame 1: list has no columns by name; give a pandas frame"),
         ({"t_s": [0.0, 1.0], "z_m": [1.0]}, "frame 1: columns of different lengths .t_s 2, z_m 1."),
         ({"t_s": [0.0, 1.0], "z_m": np.zeros((2, 3))}, r"frame 1, column z_m: has shape \(2, 3\)"),
-        ({"t_s": [0.0, np.inf]}, "frame 1, row 3, column t_s: 'inf' is not finite"),
-        ({"t_s": [0.0, None], "z_m": [1.0, 2.0]}, "frame 1, row 3, column t_s: blank"),
-        ({"time": [0.0]}, "frame 1, row 1: unknown column 'time'"),
+        ({"t_s": [0.0, np.inf]}, "frame 1, row 1, column t_s: 'inf' is not finite"),
+        ({"t_s": [0.0, None], "z_m": [1.0, 2.0]}, "frame 1, row 1, column t_s: blank"),
+        ({"time": [0.0]}, "frame 1: unknown column 'time'"),
         ({"t_s": pd.to_datetime([0, 1], unit="s")}, "frame 1, column t_s: dates; give the seconds since the first"),
     ],
 )
 def test_what_is_no_table_is_refused(frame, words):
     with pytest.raises(InputError, match=words):
         read_csv(csv_of(frame, "frame 1"), LAYOUT)
+
+
+def test_a_row_is_named_as_the_index_of_its_frame_names_it():
+    """Whole numbers that differ; where they are none, or do not tell rows apart, rows count from 0. No names stand in a row."""
+    bad = {"t_s": [0.0, 0.1, 0.2, "x"]}
+    for frame, row in (
+        (bad, 3),
+        (pd.DataFrame(bad), 3),
+        (pd.DataFrame(bad, index=[7, 5, 6, 40]), 40),
+        (pd.DataFrame(bad, index=[0, 1, 0, 1]), 3),
+        (pd.DataFrame(bad, index=["a", "b", "c", "d"]), 3),
+    ):
+        with pytest.raises(InputError, match=f"frame 1, row {row}, column t_s: 'x' is not a number"):
+            read_csv(csv_of(frame, "frame 1"), LAYOUT)
 
 
 def test_one_value_stands_in_every_row_and_values_alone_are_one_row():
