@@ -52,6 +52,11 @@ def shown_value(value, most=80):
         return "a number of thousands of digits"
 
 
+def how_many(count, noun):
+    """A number of things: "1 row", "2 rows"."""
+    return f"{count} {noun}{'s' * (count != 1)}"
+
+
 def nearest(name, known, least=0.0):
     """The known name that somebody who wrote `name` most likely meant: the same word, one that begins with it, a like one.
 

@@ -13,7 +13,7 @@ from hlcs.data.free_falls import check_free
 from hlcs.data.quantities import INPUTS, OUTCOMES
 from hlcs.data.rounded_readings import reading_step
 from hlcs.files.csv_files import CsvLayout, CsvText, read_csv
-from minibullet.errors import InputError
+from minibullet.errors import InputError, how_many
 
 NAMELESS = "no name"  # what rows are called whose group is blank, where others have one
 SD = "_sd"  # what the column of an input's error ends with
@@ -86,13 +86,13 @@ def _not_measured(table, errors):
 def read_table(path):
     """An OutcomeTable from a CSV, a Path or a CsvText, of inputs and one outcome column."""
     errors = {f"{name}{SD}": name for name in INPUTS}
-    read = read_csv(path, CsvLayout((*INPUTS, *errors, "group", *OUTCOMES), words=("group",)))
+    read = read_csv(path, CsvLayout((*INPUTS, *errors, "group", *OUTCOMES), words=("group",), imported=True))
     columns, rows = read.columns, read.rows
     outcomes = [name for name in columns if name in OUTCOMES]
     if len(outcomes) != 1:
         raise InputError(f"{read.name}: {len(outcomes)} outcome columns; exactly one of {', '.join(OUTCOMES)} is needed")
     if len(rows) < 3:
-        raise InputError(f"{read.name}: {len(rows)} rows; at least 3 experiments are needed")
+        raise InputError(f"{read.name}: {how_many(len(rows), 'row')}; at least 3 experiments are needed")
     (outcome,) = outcomes
     _check_ranges(read, INPUTS | {outcome: (0 if OUTCOMES[outcome] != "m" else -10, 1e4)})
     inputs = {name: values for name, values in columns.items() if name not in (outcome, "group", *errors)}

@@ -15,7 +15,7 @@ from hlcs.data.accelerometers import check_accelerations
 from hlcs.data.experiment_file import OF_RECORDINGS, Body, ExperimentFile, Surroundings
 from hlcs.data.quantities import CHANNEL_UNITS, CHANNELS
 from hlcs.files.csv_files import MOST_ROWS, CsvLayout, read_csv
-from minibullet.errors import InputError, InputWarning
+from minibullet.errors import InputError, InputWarning, how_many
 
 PIXELS = ("x_px", "y_px", "z_px")  # in place of x_m, y_m, z_m, where the file states the length of a pixel
 COLUMNS = ("t_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")
@@ -190,7 +190,7 @@ def read_recording(path, pixel=None, accelerometer=None, at_rest=False):
     along which it reads; None = the file states none, and such columns are refused; at_rest: it is to tell the noise.
     """
     optional = COLUMNS[1:] + PIXELS + ACCELERATIONS
-    table = in_metres(read_csv(path, CsvLayout(("t_s", *optional), ("t_s",), blank=optional)), pixel)
+    table = in_metres(read_csv(path, CsvLayout(("t_s", *optional), ("t_s",), blank=optional, imported=True)), pixel)
     count, name = len(table.rows), table.name
     if len(table.columns) == 1:
         raise InputError(f"{name}: only times; at least one of {', '.join(COLUMNS[1:] + ACCELERATIONS)} is needed")
@@ -198,9 +198,11 @@ def read_recording(path, pixel=None, accelerometer=None, at_rest=False):
     if quaternion and len(quaternion) < 4:
         raise InputError(f"{name}: columns {', '.join(quaternion)} without the rest; a quaternion needs qw, qx, qy, qz")
     if at_rest and count < LEAST_AT_REST:
-        raise InputError(f"{name}: {count} samples at rest; at least {LEAST_AT_REST} are needed to know the noise")
+        raise InputError(f"{name}: {how_many(count, 'sample')} at rest; at least {LEAST_AT_REST} are needed to know the noise")
     if count < 2:
-        raise InputError(f"{name}: {count} samples; a recording needs at least 2: export it anew, or leave the file out")
+        raise InputError(
+            f"{name}: {how_many(count, 'sample')}; a recording needs at least 2: export it anew, or leave the file out"
+        )
     for column in (column for column in table.columns if np.isnan(table.columns[column]).all()):
         what = f"{table.head}: column '{column}' is wholly blank: taken as not recorded; leave it out"
         warnings.warn(what, InputWarning, stacklevel=2)

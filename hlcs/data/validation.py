@@ -12,7 +12,7 @@ from hlcs.data.free_falls import TOO_FAST, TWICE, question, remedy
 from hlcs.data.rigid_body import known_body, rigid_body
 from hlcs.data.rounded_readings import reading_step
 from hlcs.files.limits import MOST_STEPS
-from minibullet.errors import InputError, InputWarning
+from minibullet.errors import InputError, InputWarning, how_many
 
 UPWARDS = 'z points up, turn its sign; or, where each row is a fall of its own, it is a table: kind = "outcomes", fall_time_s'
 SLOW_CAMERA = 0.2  # nobody films a fall with fewer pictures: a longer typical step is not in seconds [s]
@@ -296,16 +296,16 @@ def check_length(trial, path):
     """Refuse a recording with fewer samples in a channel than its unknown start has numbers."""
     for axis, name in enumerate("xyz"):
         count = int(np.isfinite(trial.position[:, axis]).sum())
-        unknown = 2 - ("position" in trial.start) - ("velocity" in trial.start)
-        if 0 < count < unknown + 2:
+        free = 2 - ("position" in trial.start) - ("velocity" in trial.start)
+        if 0 < count < free + 2:
             raise InputError(
-                f"{path}, column {name}_m: {count} samples; {unknown + 2} are needed ({unknown} for the start and 2 to judge by)"
+                f"{path}, column {name}_m: {how_many(count, 'sample')}; {free + 2} are needed: {free} for the start, 2 to judge"
             )
     for axis, name in enumerate("xyz" if trial.unplaced else ""):
         count, needed = int(np.isfinite(trial.accelerations.values[:, axis]).sum()), 3 - ("velocity" in trial.start)
         if 0 < count < needed:
             raise InputError(
-                f"{path}, column a{name}_m_s2: {count} samples; {needed} are needed "
+                f"{path}, column a{name}_m_s2: {how_many(count, 'sample')}; {needed} are needed "
                 f"({needed - 2} for the start and 2 to judge by)"
             )
     if not trial.columns:

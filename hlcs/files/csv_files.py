@@ -1,7 +1,7 @@
 """CSV files that a user names: a row that names the columns, then rows of numbers and words, every cell checked.
 
 One reader for recordings, outcome tables, layer coefficients and surveys. Rows count as lines of the file, from 1; those of a
-frame as its index. Empty rows and rows that begin with # are passed over. Every complaint is one line that names file, row and column.
+frame as its index. Empty rows and rows that begin with # are passed over. Every complaint is one line: file, row and column.
 """
 
 import csv
@@ -59,6 +59,7 @@ class CsvLayout:
     blank: tuple[str, ...] = ()  # columns whose numbers may be blank
     others: bool = False  # pass over columns that are not known, in place of refusing them
     short: bool = False  # let rows leave out their last cells
+    imported: bool = False  # does `hlcs import` write such files?
 
 
 def read_csv(path, layout, name=None, most_rows=MOST_ROWS):
@@ -147,8 +148,9 @@ def _check_header(place, header, layout):
     """Refuse a row of names with columns missing, unknown, without a name, or twice."""
     for sign, word in ((";", "semicolons"), ("\t", "tabs")):
         if any(sign in name for name in header):
+            told = ", or let hlcs import convert the file" if layout.imported else ""
             raise InputError(
-                f"{place}: columns are separated by {word}; write commas between columns, and points, not commas, in decimals"
+                f"{place}: columns are separated by {word}; write commas between columns and points in decimals{told}"
             )
     if all(map(_is_number, header)):
         numbers = shown(", ".join(header), 60)

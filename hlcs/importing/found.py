@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from hlcs.data.recordings import COLUMNS, PIXELS
-from minibullet.errors import InputError, shown
+from minibullet.errors import InputError, how_many, shown
 
 FEW = 3  # files that are named one by one
 TWICE = 2.0  # as fast as between any two samples: no body comes to rest at the origin so
@@ -101,7 +101,7 @@ def recording(name, grid, lines, columns, time_name, advice="one recording a fil
     """
     times = columns["t_s"]
     if len(times) < 2:
-        raise InputError(f"{grid.name}: {len(times)} rows of numbers below its names; a recording needs at least 2")
+        raise InputError(f"{grid.name}: {how_many(len(times), 'row')} of numbers below its names; a recording needs at least 2")
     lost = np.flatnonzero(np.isnan(times))
     if len(lost):
         raise InputError(f"{grid.name}, row {lines[lost[0]]}, column {shown(time_name)}: blank; every sample needs its time")
@@ -120,7 +120,7 @@ def recording(name, grid, lines, columns, time_name, advice="one recording a fil
     measured = np.array([np.isfinite(column) for key, column in columns.items() if key != "t_s"]).reshape(-1, len(times))
     seen = np.flatnonzero(measured.any(axis=0))
     if len(seen) < 2:
-        raise InputError(f"{grid.name}: {len(seen)} samples of '{shown(name)}'; a recording needs at least 2")
+        raise InputError(f"{grid.name}: {how_many(len(seen), 'sample')} of '{shown(name)}'; a recording needs at least 2")
     kept = slice(seen[0], seen[-1] + 1)
     notes = []
     if zeros.any():

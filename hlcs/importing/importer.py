@@ -34,7 +34,7 @@ from hlcs.importing.experiment import (
 )
 from hlcs.importing.found import Assumption, Overrides, each_once
 from hlcs.importing.units import CHOICES
-from minibullet.errors import InputError, is_number, known_one, one_of, shown, shown_value
+from minibullet.errors import InputError, how_many, is_number, known_one, one_of, shown, shown_value
 
 FORMATS = {"tracker": tracker, "phyphox": phyphox, "optitrack": optitrack, "csv": spreadsheet}
 GROUP = "what is held out together: name the day, the camera, the ball"
@@ -229,7 +229,9 @@ def _at_rest(found, path):
     (rest,) = found.recordings
     count = len(rest.columns["t_s"])
     if count < LEAST_AT_REST:
-        raise InputError(f"{shown(path, 255)}: {count} samples at rest; at least {LEAST_AT_REST} are needed to know the noise")
+        raise InputError(
+            f"{shown(path, 255)}: {how_many(count, 'sample')} at rest; at least {LEAST_AT_REST} are needed to know the noise"
+        )
     missing = np.full((3, count), np.nan)
     position, read = (
         np.array([rest.columns.get(name, blank) for name, blank in zip(axes, missing, strict=True)]).T
@@ -270,7 +272,7 @@ def _tables(founds, said):
     """({file: CSV text}, [], {file: in words}) of an outcome table."""
     rows = table_of(founds, said)
     name = "bounces.csv" if "bounce" in rows else "measurements.csv"
-    return {name: csv_text(rows)}, [], {name: f"{', '.join(rows)}; {len(next(iter(rows.values())))} rows"}
+    return {name: csv_text(rows)}, [], {name: f"{', '.join(rows)}; {how_many(len(next(iter(rows.values()))), 'row')}"}
 
 
 def _places_in(contents):

@@ -21,7 +21,7 @@ from hlcs.importing.grids import MISSING, grid_of, is_number, source_of
 from hlcs.importing.repeats import COMPUTED, below_one_another, word_and_unit
 from hlcs.importing.runs import bare, runs_of, without_short_names
 from hlcs.importing.units import KNOWN, SI, UNITS, quantity_of, scale, split_unit
-from minibullet.errors import InputError, shown
+from minibullet.errors import InputError, how_many, shown
 
 NAME = "spreadsheet"
 USES = ("up", "length_unit", "time_unit", "frame_rate", "column", "constant")
@@ -340,7 +340,7 @@ def _rows(grid, first, columns, overrides):
     lost = np.isnan(rows[outcomes[0]])
     if lost.any():
         lines = ", ".join(str(grid.lines[first + k]) for k in np.flatnonzero(lost)[:5])
-        notes.append(Assumption(f"{grid.name}: {int(lost.sum())} rows without {outcomes[0]} are left out (row {lines})"))
+        notes.append(Assumption(f"{grid.name}: {how_many(int(lost.sum()), 'row')} without {outcomes[0]} left out (row {lines})"))
     rows = {name: values[~lost] for name, values in rows.items()}
     for name, values in rows.items():
         if name != "group" and np.isnan(values).any():

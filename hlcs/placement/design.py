@@ -5,11 +5,13 @@ concrete may have. A run of M layers gives the heights of 1, 2, .. M layers. Wha
 `hlcs.placement.design_budget`; the runs go through a store, so that they are made once.
 """
 
+import warnings
 from dataclasses import dataclass
 from math import ceil, floor, isfinite, log10
 
 import numpy as np
 
+from hlcs.files.limits import unlikely
 from hlcs.files.versions import versions
 from hlcs.placement import run_queue, sea_bottom
 from hlcs.placement.design_budget import FRICTIONS, Budget, Promise, budget_of, line_through, model_ratio
@@ -22,7 +24,7 @@ from hlcs.placement.settings_table import settings_of
 from hlcs.placement.single_run import result_of
 from hlcs.placement.units import Cubipod
 from hlcs.rendering import Result
-from minibullet.errors import InputError, is_number, shown_value
+from minibullet.errors import InputError, InputWarning, is_number, shown_value
 
 CAMPAIGNS = (("table2", "TPG"), ("table2", "RPG"), ("table3", "TPG"))  # laboratory tests that the model is judged by
 CAMPAIGN_REPEATS = 20  # runs beside each of them, seeds from 1: the same for every design, so that they are made once
@@ -66,6 +68,9 @@ class Wanted:
             for value in values:
                 if value is not None and not (is_number(value) and isfinite(value) and value > 0.0):
                     raise InputError(f"design: {name} = {shown_value(value)}; it must be a finite number > 0, in m")
+        for size in self.nominal_diameters:
+            if said := unlikely("side", Cubipod(nominal_diameter=size).side):
+                warnings.warn(f"design: nominal_diameter = {size:g} m: a side of {said}", InputWarning, stacklevel=3)
         if self.crest is not None and not (is_number(self.crest) and isfinite(self.crest)):
             raise InputError(f"design: crest = {shown_value(self.crest)}; it must be a finite level above datum, in m")
         if not self.nominal_diameters:

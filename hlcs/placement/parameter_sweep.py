@@ -33,7 +33,7 @@ from hlcs.placement.run_store import Store, key_of
 from hlcs.placement.settings_table import settings_of
 from hlcs.placement.single_run import result_of
 from hlcs.rendering import Result, table_of
-from minibullet.errors import InputError, shown_value
+from minibullet.errors import InputError, how_many, shown_value
 
 MOST_RUNS = 100_000
 SECTIONS = {"": ["title", "placement", "sweep"], "placement": list(KEYS), "sweep": list(KEYS)}
@@ -81,6 +81,8 @@ def read_sweep_file(path, allow_outside=False):
     for name, values in table.items():
         if not isinstance(values, list) or not values:
             file.fail(name, f"must be a list of one value or more, got {shown_value(values)}", "sweep")
+        if twice := [value for place, value in enumerate(values) if value in values[:place]]:
+            file.fail(name, f"{shown_value(twice[0])} stands twice; a run is made once: leave one of the two out", "sweep")
         if name in file.values.get("placement", {}):
             file.fail(name, "stands under [placement] too; leave one of the two out", "sweep")
     count = int(np.prod([len(values) for values in table.values()], dtype=float))
@@ -167,7 +169,7 @@ def summary_text(sweep, outcome):
 
     rows = summary_rows(sweep, outcome["rows"])
     failed = [row for row in outcome["rows"] if "error" in row]
-    lines = [f"{sweep.title}: {len(sweep.tests)} runs, {outcome['ran']} now, {outcome['kept']} found in the store"]
+    lines = [f"{sweep.title}: {how_many(len(sweep.tests), 'run')}, {outcome['ran']} now, {outcome['kept']} found in the store"]
     lines += [outcome["told"]] if outcome["told"] else []
     if rows:
         table = pd.DataFrame([{name: value for name, value in row.items() if not name.startswith("cv")} for row in rows])

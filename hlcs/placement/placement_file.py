@@ -40,6 +40,8 @@ def read_placement_file(path, allow_outside=False, defaults=None, **overrides):
     allow_outside: let it name a survey outside its own folder; defaults: settings of what neither states, such as a preset's.
     """
     file = TomlFile(path, SECTIONS, allow_outside)
+    if "kind" in file.values:
+        raise InputError(f"{file.path}: is an experiment file, which is compared: hlcs compare {file.path}")
     file.known(file.values, "")
     if "placement" not in file.values:
         raise InputError(f"{file.path}: [placement] is missing; write the settings of the test under it")

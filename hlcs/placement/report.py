@@ -12,6 +12,7 @@ from hlcs.placement.comparison import compare_layers, laboratory_for, sample_of
 from hlcs.placement.number_text import or_dash, percent
 from hlcs.placement.printed_tables import paper_numerical
 from hlcs.placement.result_files import load_placement, write_numbers
+from minibullet.errors import how_many
 from minibullet.report import drawing
 
 STYLE = """
@@ -27,7 +28,7 @@ def line(result):
     """The result in a line: grid, units, height."""
     layers, units, dn = len(result.poses), sum(len(poses) for poses in result.poses), result.test.unit.nominal_diameter
     return (
-        f"{result.test.grid.name} grid, {layers} layers of {units} units of Dn {dn:.4g} m; height "
+        f"{result.test.grid.name} grid, {how_many(layers, 'layer')} of {how_many(units, 'unit')} of Dn {dn:.4g} m; height "
         f"{or_dash(result.height_over_dn, '.3f')} Dn = {or_dash(result.height_over_dn * dn, '.3f')} m, {result.lost.sum()} lost"
     )
 
@@ -36,8 +37,8 @@ def text(result):
     """A few lines of text: the layers, the height, what was lost or did not settle."""
     data = result.to_dict()
     lines = [
-        f"{data['grid']} grid, {len(result.poses)} layers, {sum(len(p) for p in result.poses)} units, shape {data['shape']}, "
-        f"contact friction {result.test.friction:g}, seed {data['seed']}",
+        f"{data['grid']} grid, {how_many(len(result.poses), 'layer')}, {how_many(sum(map(len, result.poses)), 'unit')}, shape "
+        f"{data['shape']}, contact friction {result.test.friction:g}, seed {data['seed']}",
         *unit_lines(result.test),
         "layer       k   plates  left out      CV  units  lost  unsettled",
     ]

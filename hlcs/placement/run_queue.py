@@ -6,7 +6,7 @@ from functools import partial
 from hlcs.files import folders
 from hlcs.placement.code_hash import code_hash
 from hlcs.processes import interrupts, parallel
-from minibullet.errors import InputError, RunError
+from minibullet.errors import InputError, RunError, how_many
 
 PAUSE = 0.5  # between two looks at what others work on [s]
 
@@ -69,7 +69,7 @@ def unused_rows(store, keys):
             "computed again, the earlier rows stay"
         )
     if damaged:
-        sentences.append(f"{damaged} rows of the store are damaged; they are computed again")
+        sentences.append(f"{how_many(damaged, 'row')} of the store, damaged, computed again")
     return "; ".join(sentences)
 
 

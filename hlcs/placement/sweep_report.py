@@ -8,7 +8,7 @@ import numpy as np
 from hlcs.files import folders
 from hlcs.placement import figures, parameter_sweep
 from hlcs.placement.validation import UNITS
-from minibullet.errors import is_number
+from minibullet.errors import how_many, is_number
 
 MARKS = ("o", "s", "^", "D", "v", "P")
 
@@ -16,7 +16,7 @@ MARKS = ("o", "s", "^", "D", "v", "P")
 def line(result):
     """The sweep in a line: what varied, how many runs."""
     failed = sum("error" in row for row in result.rows)
-    told = f"{result.sweep.title}; {len(result.rows)} runs over {', '.join(result.sweep.names)}"
+    told = f"{result.sweep.title}; {how_many(len(result.rows), 'run')} over {', '.join(result.sweep.names)}"
     return f"{told}; {result.outcome['ran']} run now, {result.outcome['kept']} found in the store, {failed} failed"
 
 

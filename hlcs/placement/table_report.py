@@ -8,11 +8,12 @@ from hlcs.files import folders
 from hlcs.files.spreadsheets import csv_text
 from hlcs.placement import figures
 from hlcs.placement.statistics import Sample
+from minibullet.errors import how_many
 
 
 def line(table):
     """The table in a line: what was measured, its layers, its height."""
-    return f"{table.title} ({table.source}); {table.mean.size} layers, {table.height_over_dn:.3f} Dn high"
+    return f"{table.title} ({table.source}); {how_many(table.mean.size, 'layer')}, {table.height_over_dn:.3f} Dn high"
 
 
 def text(table):

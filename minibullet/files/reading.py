@@ -61,7 +61,8 @@ def read_text(path, name, most_bytes, remedy):
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
-        text = "\0"
+        raise InputError(f"{name}: is not text in UTF-8; save it as UTF-8 text") from None
     if "\0" in text:
-        raise InputError(f"{name}: is not text in UTF-8; save it as UTF-8 text")
+        line = text[: text.index("\0")].count("\n") + 1
+        raise InputError(f"{name}, line {line}: a zero byte (NUL), which no text has; save it as UTF-8 text, not as UTF-16")
     return text

@@ -6,6 +6,7 @@ grid, slope and campaign are one `LayerSet`. Every complaint names file, row and
 
 from dataclasses import dataclass, field, replace
 from math import isfinite, nan
+from operator import itemgetter, ne
 
 import numpy as np
 
@@ -23,7 +24,7 @@ LIMITS = {  # lowest and highest value, and what the number is
     "spacing_x": (0.5, WIDEST, "a spacing in nominal diameters Dn, not metres"),
     "spacing_y": (0.5, WIDEST, "a spacing in nominal diameters Dn, not metres"),
     "bottom_slope": (-0.5, 0.5, "a grade, rise over run: 0.04 for 4 %"),
-    "layer": (1, 50, "a whole number from 1"),
+    "layer": (1, 50, "a whole number"),
     "mean": (0.2, 3.0, "a layer coefficient in nominal diameters Dn"),
     "cv": (0.0, 0.5, "a fraction between tests: 0.02 for 2 %"),
     "tests": (1, 1_000_000, "a whole number of tests"),
@@ -122,6 +123,7 @@ def read_layer_sets(path):
                 f"stands already in row {layers[layer][0]}; leave one out, or name another campaign"
             )
         layers[layer] = row, values
+    _refuse_gaps(path, placed)
     sets = [_layer_set(path, *place, layers) for place, layers in placed.items()]
     names = [measured_set.name for measured_set in sets]
     return tuple(
@@ -130,15 +132,27 @@ def read_layer_sets(path):
     )
 
 
+def _refuse_gaps(path, placed):
+    """InputError where a set lacks a layer; where another one has it that differs in little, such as a spacing, it is named."""
+    for place, layers in placed.items():
+        gap = next((layer for layer in range(1, max(layers) + 1) if layer not in layers), None)
+        if gap is None:
+            continue
+        first_row, values = next(iter(layers.values()))
+        told = (
+            f"{path}, column layer: {values['grid']}, campaign '{values['campaign']}' (from row {first_row}) has no layer {gap}"
+        )
+        others = [(sum(map(ne, place, other)), *its[gap]) for other, its in placed.items() if other[0] == place[0] and gap in its]
+        if not others:
+            raise InputError(f"{told}; layers are numbered from 1 without gaps")
+        _, row, theirs = min(others, key=itemgetter(0))
+        unlike = [f"{name} = {theirs[name]} (here {values[name]})" for name in PLACED if theirs[name] != values[name]]
+        raise InputError(f"{told}: row {row} has it with {', '.join(unlike)}; layers of one set have one of each, in all rows")
+
+
 def _layer_set(path, name, spacing_x, spacing_y, bottom_slope, campaign, layers):
     """The LayerSet of its rows; layers: as in `read_layer_sets`."""
     first_row, _ = next(iter(layers.values()))
-    for layer in range(1, max(layers) + 1):
-        if layer not in layers:
-            raise InputError(
-                f"{path}, column layer: {name}, campaign '{campaign}' (from row {first_row}) has no layer "
-                f"{layer}; layers are numbered from 1 without gaps"
-            )
     ordered = [values for _, (_, values) in sorted(layers.items())]
     sample = Sample(*(np.array([values[column] for values in ordered], dtype=float) for column in ("mean", "cv", "tests")))
     known, triangular = GRIDS.get(name.upper()), name.upper() == "TPG" or name.lower().startswith("tri")

@@ -31,12 +31,14 @@ def test_a_good_file_is_read(tmp_path):
         ("t_s,qw,qx,qy,qz\n0,1,0,0,0\n0.1,0,0,0,0\n", ("row 3", "zero length")),
         ("t_s,qw,qx,qy\n0,1,0,0\n", ("qw, qx, qy, qz",)),
         ("t_s,z_m\n" + "".join(f"{0.1 * k},{1000 - 4905 * (0.1 * k) ** 2}\n" for k in range(9)), ("z_m", "units")),
-        ("t_s;z_m\n0;1\n0,1;0,9\n", ("row 1", "semicolons", "commas")),
+        ("t_s;z_m\n0;1\n0,1;0,9\n", ("row 1", "semicolons", "commas", "or let hlcs import convert the file")),
+        ("t_s,z_m\n0,1\n0.1,\x000.9\n", ("a.csv, line 3: a zero byte (NUL)", "UTF-8", "UTF-16")),
+        ("t_s,z_m\n0,1\n", ("a.csv: 1 sample; a recording needs at least 2",)),
         ("t_s,z_m\n0,0,1,0\n0,1,0,9\n", ("row 2", "4 cells", "point")),
         ('t_s,z_m\n0,1\n"0,1",1\n', ("row 3", "t_s", "0,1", "point")),
         ("t_s,z_m,\n0,1,\n", ("row 1", "column 3", "comma")),
         ("t_s,z\n0,1\n", ("row 1", "'z'", "'z_m'")),
-        ("t_s,z_m\n\0,1\n", ("not text",)),
+        ("t_s,z_m\n\0,1\n", ("line 2: a zero byte",)),
         ("t_s,y_m,z_m\n" + "".join(f"{0.1 * k},{9 - 0.049 * k * k},{0.2 * k}\n" for k in range(9)), ("y_m", "z_m", "mixed up")),
         ("t_s,z_m\n" + "".join(f"{0.1 * k},{4.9 * (0.1 * k) ** 2}\n" for k in range(9)), ("z_m", "falls upwards")),
         ("t_s,z_m\n" + "".join(f"{0.1 * k},{300 - 490 * (0.1 * k) ** 2}\n" for k in range(7)), ("z_m", "units")),
@@ -112,7 +114,7 @@ def test_a_file_of_names_alone_is_one_line(tmp_path):
 def test_a_body_at_rest_tells_at_once_how_many_samples_it_needs(tmp_path, count):
     path = experiment(tmp_path, toml=TOML.replace("noise = { position = 0.01 }", 'static = "rest.csv"'))
     (tmp_path / "rest.csv").write_text("t_s,z_m\n" + "".join(f"{k},1\n" for k in range(count)))
-    refused(path, f"rest.csv: {count} samples at rest; at least 20 are needed to know the noise")
+    refused(path, f"rest.csv: {count} sample{'s' * (count != 1)} at rest; at least 20 are needed to know the noise")
 
 
 LIQUID = TOML.replace("0.03", "0.02") + "[surroundings]\nfluid_density = 1000.0\n"  # which weighs 0.0335 kg in its place

@@ -22,7 +22,7 @@ def test_repeats_of_a_fall_are_a_row_each(imported, refused, text):
         return
     found, tables = imported(text, "csv")
     assert tables["measurements.csv"] == FALLS
-    assert "repeat one experiment: a row each" in str(found) and "1 rows without fall_time_s are left out" in str(found)
+    assert "repeat one experiment: a row each" in str(found) and "1 row without fall_time_s left out" in str(found)
 
 
 def test_columns_that_are_said_to_be_one_outcome_repeat_it(imported):

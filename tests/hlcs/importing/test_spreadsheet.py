@@ -102,7 +102,7 @@ def test_a_column_of_outcomes_makes_a_table_with_one_experiment_a_row(imported):
         "group": ["Mo", "Mo", "Di"],
     }
     text = found.experiment.read_text()
-    assert "1 rows without fall_time_s are left out (row 5)" in text
+    assert "1 row without fall_time_s left out (row 5)" in text
     assert "# noise = 0.003" in text and "mass =" not in text  # two equal rows tell the noise; the table tells the mass
 
 

@@ -123,7 +123,7 @@ def test_a_mass_with_times_of_its_own_keeps_them(imported):
             ["drop.csv, row 3, column y of A: 'two' is not a number; write a number, or leave a missing sample blank"],
         ),
         (",A,,\nt,x,y,\n0,1,inf,\n1,1,3,\n", ["drop.csv, row 3, column y of A: 'inf' is not finite"]),
-        (",A,,\nt,x,y,\n0,1,2,\n1,,,\n", ["drop.csv: 1 samples of 'drop'; a recording needs at least 2"]),
+        (",A,,\nt,x,y,\n0,1,2,\n1,,,\n", ["drop.csv: 1 sample of 'drop'; a recording needs at least 2"]),
         (
             ",A,,\nt,x (furlong),y,\n0,1,2,\n1,1,2,\n",
             ["column x (furlong): 'furlong' is not known as a unit of length; known are m,"],

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from hlcs import RPG, TPG, InputError, PlacementTest, laboratory
+from hlcs import RPG, TPG, InputError, InputWarning, PlacementTest, laboratory
 from hlcs.placement import design as designs
 from hlcs.placement import design_budget, design_check
 from hlcs.placement.design import Design, Wanted
@@ -24,6 +24,12 @@ def exact_ratio():
     """The ratio of a model that meets the laboratory exactly, three times."""
     table = laboratory("table2", grid="TPG")
     return model_ratio([(table, [table.height_over_dn])] * 3)
+
+
+def test_units_of_a_size_that_is_hardly_meant_are_told_before_any_run():
+    """As `hlcs place` tells it: millimetres in place of metres."""
+    with pytest.warns(InputWarning, match="nominal_diameter = 38 m: a side of 35.575 m is hardly meant; usual is 0.005 to 10"):
+        Wanted(height=5.0, nominal_diameters=(38.0,))
 
 
 def test_the_line_is_that_of_least_squares(generator):

@@ -88,6 +88,7 @@ def test_a_run_that_physics_refuses_is_told_and_the_others_go_on(tmp_path):
     [
         ("[placement]\n", ("[sweep] is missing",)),
         ("[sweep]\nfrction = [1]\n", ("line 2", "frction", "'friction'")),
+        ("[sweep]\nseed = [1, 2, 1]\n", ("line 2", "seed: 1 stands twice", "leave one of the two out")),
         ("[sweep]\nfriction = 0.6\n", ("line 2", "friction", "list")),
         ("[sweep]\nfriction = [0.6, -1]\n", ("line 2", "friction = -1", ">= 0")),
         ("[placement]\nfriction = 0.1\n[sweep]\nfriction = [0.6]\n", ("friction", "[placement] too")),

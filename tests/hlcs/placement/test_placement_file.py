@@ -59,6 +59,7 @@ def test_what_is_left_out_has_its_default_and_options_win(tmp_path):
         ("[placement]\nshape = [1]\n", ("line 2", "shape", "text")),
         ("[placment]\n", ("line 1", "placment", "'placement'")),
         ('title = "x"\n', ("[placement] is missing",)),
+        ('kind = "trajectory"\n[body]\n', ("is an experiment file", "hlcs compare")),
         ("[placement\n", ("not valid TOML",)),
     ],
 )

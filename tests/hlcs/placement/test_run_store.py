@@ -188,7 +188,7 @@ def test_a_damaged_row_is_told_and_computed_again(plan, tmp_path, damage):
         connection.execute("UPDATE runs SET result = ? WHERE key = ?", (damage, key_of(settings_of(plan.tests[2]))))
     connection.close()
     again = parameter_sweep.run_sweep(plan, path, workers=1)
-    assert (again["ran"], again["kept"]) == (1, 5) and "1 rows of the store are damaged" in again["told"]
+    assert (again["ran"], again["kept"]) == (1, 5) and "1 row of the store, damaged, computed again" in again["told"]
     assert [row["k1"] for row in again["rows"]] == [row["k1"] for row in whole["rows"]]
     assert parameter_sweep.run_sweep(plan, path, workers=1)["ran"] == 0
 

@@ -21,7 +21,15 @@ def test_papers_tables_are_read_as_three_sets(tmp_path):
     ("row", "what"),
     [
         ("TPG,1.58,1.27,0,1,1.3,0.01,5,a\nTPG,1.58,1.27,0,1,1.3,0.01,5,a", "row 3, column layer"),
-        ("TPG,1.58,1.27,0,1,1.3,0.01,5,a\nTPG,1.58,1.27,0,3,1.0,0.01,5,a", "has no layer 2"),
+        (
+            "TPG,1.58,1.27,0,1,1.3,0.01,5,a\nTPG,1.58,1.27,0,3,1.0,0.01,5,a",
+            "has no layer 2; layers are numbered from 1 without gaps",
+        ),
+        (
+            "new,1.58,1.27,0,1,1.3,0.01,5,a\nnew,1.6,1.27,0,2,1.0,0.01,5,a",
+            r"new, campaign 'a' \(from row 3\) has no layer 1: row 2 has it with spacing_x = 1.58 \(here 1.6\); layers of one",
+        ),
+        ("TPG,1.58,1.27,0,51,1.3,0.01,5,a", "row 2, column layer: '51'; it must be a whole number, from 1 to 50"),
         ("TPG,1.58,1.27,0,1,x,0.01,5,a", "row 2, column mean: 'x'"),
         ("TPG,1.58,1.27,0,1,131.9,0.01,5,a", "row 2, column mean"),
         ("TPG,1.58,1.27,0,1,1.3,1.4,5,a", "row 2, column cv: '1.4'"),
