@@ -18,7 +18,8 @@ COLUMNS = (*STATE, "mass", "inertia", "friction", "restitution", "margin", "fram
 
 
 class Body:
-    """Handle of one body: live position, orientation, velocity, angular_velocity (world frame); each can be set as a whole.
+    """Handle of one body: live position, orientation, velocity, angular_velocity (world frame). What is read is a copy: each is
+    set as a whole, ``body.velocity += (1.0, 0.0, 0.0)``; a component that is set alone is set in the copy.
 
     shape, name, mass [kg], inertia (principal moments [kg m2]), friction, restitution (None = the world's), fixed, group.
     """
@@ -30,13 +31,11 @@ class Body:
 
     def __getattr__(self, name):
         record = object.__getattribute__(self, "_record")
-        if name not in record:
-            raise AttributeError(f"a body has no {name!r}")
-        value = self._registry.state(self, name) if name in STATE else record[name]
-        if isinstance(value, np.ndarray):
-            value = value.view()
-            value.setflags(write=False)  # position[2] = 9.0 would be lost in a copy; now NumPy refuses it
-        return value
+        if name in STATE:
+            return self._registry.state(self, name)
+        if name in record:
+            return record[name]
+        raise AttributeError(f"a body has no {name!r}")
 
     def __setattr__(self, name, value):
         if name in STATE:
