@@ -87,7 +87,7 @@ def test_a_restitution_is_found_from_speeds_before_and_after():
 @pytest.mark.parametrize(
     ("columns", "message"),
     [
-        ({"height_m": [1, 1, 1], "bounce": [1, 1.5, 2], "bounce_time_s": [0.4, 1, 2]}, "row 3, column bounce: 1.5; bounces are"),
+        ({"height_m": [1, 1, 1], "bounce": [1, 1.5, 2], "bounce_time_s": [0.4, 1, 2]}, "row 1, column bounce: 1.5; bounces are"),
         ({"height_m": [1, 1, 1], "bounce_time_s": [0.4, 1, 2]}, "bounce_time_s needs the column 'bounce'"),
         (
             {"mark_1_m": [0.2] * 3, "mark_2_m": [0.5, 0.1, 0.5], "passage_time_s": [1, 1, 1]},

@@ -64,7 +64,7 @@ def test_compare_says_of_which_rows_the_model_says_never():
     columns = {"angle_deg": angle, "distance_m": np.ones(12), "slide_time_s": times}
     seen = hlcs.compare(measured(columns, BOX, friction=0.3))
     (note,) = [note for note in seen.notes if "does not slide" in note]
-    assert "6 of 12 rows, the first row 2 (angle_deg = 10, distance_m = 1)" in note
+    assert "6 of 12 rows, the first row 0 (angle_deg = 10, distance_m = 1)" in note
     frame = seen.to_dataframe()
     assert seen.adequate is False and seen.error["bias"] is None
     assert np.isnan(frame["model"]).tolist() == (frame["angle_deg"] < 16).tolist()
