@@ -12,7 +12,7 @@ from hlcs.effects.candidates import STATED_OTHERWISE, build, candidate, ends_of_
 from hlcs.effects.contract import Change
 from minibullet.effects.catalogue import classes_in
 from minibullet.effects.contract import Effect, name_of, parameters
-from minibullet.errors import InputError, is_number, nearest, shown
+from minibullet.errors import InputError, is_number, known_one, shown
 
 
 @cache
@@ -32,7 +32,8 @@ def class_named(name, own=()):
     known = with_own(own)
     if name not in known:
         own_file = "" if own else "; one of your own, or one that was learned, is in a file to be named: --effects FILE.py"
-        raise InputError(f"unknown effect '{shown(name)}'; the nearest known effect is '{nearest(name, known)}'{own_file}")
+        near = known_one(name, known, "the nearest known effect is")
+        raise InputError(f"unknown effect '{shown(name)}'; {near}{own_file}")
     return known[name]
 
 

@@ -15,7 +15,7 @@ from hlcs.placement.grids import Grid
 from hlcs.placement.sea_bottom import Flat, Slope
 from minibullet import effects
 from minibullet.effects.contract import Facts, name_of, parameters
-from minibullet.errors import InputError, nearest
+from minibullet.errors import InputError, known_one
 
 NEAR = 0.2  # by which a coefficient of contact of a known material is off, as a rule
 TIP_OVER_LOW = 1.40428 - 1.29826  # how much higher a unit stands on a tip than in its lowest pose [Dn]
@@ -115,7 +115,7 @@ def named(name, test, sets):
     """The candidate of that name; InputError with the nearest known name."""
     known = {candidate.name: candidate for candidate in library(test, sets)}
     if name not in known:
-        raise InputError(f"effect '{name}' does not fit layer data; the nearest that does is '{nearest(name, sorted(known))}'")
+        raise InputError(f"effect '{name}' does not fit layer data; {known_one(name, sorted(known), 'the nearest that does is')}")
     return known[name]
 
 
