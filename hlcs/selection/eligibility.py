@@ -98,8 +98,8 @@ def candidates_for(measurement, contact, names=None, own=()):
     seen = [(trial.body, trial.surroundings, fastest(trial)) for trial in trials]
     body, surroundings, speed = max(seen, key=lambda each: (reynolds_numbers(*each)[1], each[1].fluid_density))
     entries = as_stated(measurement.file.effects, trials, own)
-    why = {kind: stated(kind, entries, own) or obstacle(kind, shown) for kind in wanted(names, own)}
-    why = with_drag_that_fits(why, body, surroundings, speed)
+    why = with_drag_that_fits({kind: obstacle(kind, shown) for kind in wanted(names, own)}, body, surroundings, speed)
+    why = {kind: stated(kind, entries, own) or text for kind, text in why.items()}
     heights = np.concatenate([trial.position[:, 2] for trial in trials])
     extent = float(np.nanmax(heights) - np.nanmin(heights)) if np.isfinite(heights).any() else 1.0
     drag_known = all(known_to_drag(trial.body) for trial in trials)
@@ -188,8 +188,8 @@ def stated(kind, entries, own=()):
     if name_of(kind) in entries:
         told = numbers_stated(kind, entries[name_of(kind)])
         return None if told else "already in the model, without a number that may be wrong"
-    forms = {class_named(name, own).form_of: name for name in entries}
-    taken = kind.form_of and forms.get(kind.form_of)
+    laws = {name: class_named(name, own) for name in entries}
+    taken = next((name for name, law in laws.items() if law in kind.contains or kind in law.contains), None)
     return taken and f"the model states {taken}, whose place it would take: leave that out of [model] effects to have it tried"
 
 

@@ -306,8 +306,8 @@ def table_candidates(file, table, names, own):
         return None
 
     entries = as_stated(file.effects, outcome_motion.row_setups(file, table), own)
-    why = {kind: stated(kind, entries, own) or obstacle(kind) for kind in wanted(names, own)}
-    why = with_drag_that_fits(why, body, surroundings, speed)
+    why = with_drag_that_fits({kind: obstacle(kind) for kind in wanted(names, own)}, body, surroundings, speed)
+    why = {kind: stated(kind, entries, own) or text for kind, text in why.items()}
     found, absent = eligible(why, entries, body, surroundings, known_to_drag(body), own, extent, speed)
     sessions = np.unique(table.groups).tolist() if between_groups(table).seen else ()
     return [each_session(entry, sessions) if getattr(entry.kind, "by_person", False) else entry for entry in found], absent

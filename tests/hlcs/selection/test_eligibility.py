@@ -84,13 +84,12 @@ def test_a_centre_of_mass_shows_in_a_contact_that_can_lean_and_an_inertia_in_any
     assert {"centre_of_mass_offset", "inertia_error"} <= set(missing(body=BOX, contact=False))
 
 
-def test_what_the_model_states_is_tried_by_its_numbers_alone_and_other_forms_of_its_law_are_not():
-    """A model never holds two forms of one law: the other one would stand in the place of what is stated."""
+def test_what_the_model_states_is_tried_by_its_numbers_alone_and_neither_a_law_that_holds_it_nor_one_that_it_holds():
+    """They would stand in its place, not beside it; a drag in proportion to speed may act beside one by its square."""
     absent = missing(effects=("quadratic_drag",))
-    assert absent["quadratic_drag"].startswith("already in the model") and "length_scale" not in absent
-    for form in ("drag_crisis", "linear_drag"):
-        assert "the model states quadratic_drag, whose place it would take" in absent[form]
-    assert "the model states drag_crisis" in missing(effects=("drag_crisis",))["quadratic_drag"]
+    assert absent["quadratic_drag"].startswith("already in the model") and "linear_drag" not in absent
+    assert "the model states quadratic_drag, whose place it would take" in absent["drag_crisis"]
+    assert "the model states drag_crisis, whose place it would take" in missing(effects=("drag_crisis",))["quadratic_drag"]
 
 
 def test_numbers_that_the_model_states_are_expected_where_they_are_stated_and_may_be_wrong():
