@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from hlcs.data.outcome_tables import inputs_like, read_outcomes
-from hlcs.effects import check_names, class_named
+from hlcs.effects import check_names, with_own
 from hlcs.kinds.experiment import Experiment
 from hlcs.kinds.outcomes.checks import check_table
 from hlcs.kinds.protocol import OpenExperiment, Options
@@ -39,8 +39,9 @@ def compare(experiment, *others, effects=(), effects_file=None, seed=0, workers=
         comparison = replace(comparison, following=changed.typed("diagnose"))
     if before is None:
         return comparison
-    there = {entry["name"] for entry in changed.file.replaced}  # so are the friction and the restitution of [surroundings]
-    replaced = tuple(name for name in changed.file.added if name in there or class_named(name, changed.user_effects).replaces)
+    known, there = with_own(changed.user_effects), {entry["name"] for entry in changed.file.replaced}
+    there |= {name for name in known if known[name].replaces}  # the friction and the restitution of [surroundings]
+    replaced = tuple(name for name in changed.file.added if name in there)
     former, _ = comparison_of(before.opened(options), aside)
     # one noise, as in the diagnosis: of layers it holds the scatter of a model's runs, that of the model before is told
     noise = {"noise": (comparison if opened.carried_noise else former).error["noise"]}

@@ -137,7 +137,8 @@ def sides_of(trial, sigma, rho=0.0):
     """(StraightFlight of a recording, [(samples before, samples after) of each kink that may be an impact, as slices]); None and
     no kinks where it has no floor or no height above it.
 
-    sigma, rho: noise of a position [m] and its correlation from sample to sample, which widens the errors of slopes.
+    sigma, rho: noise of a position along the normal of the floor [m] and its correlation from sample to sample, which widens the
+    errors of slopes.
     """
     around, normal = trial.surroundings, trial.surroundings.normal
     used = np.abs(normal) > 1e-9
@@ -329,7 +330,7 @@ def read_drags(measurement, noise):
 
 def _flown(measurement, noise):
     """([(trial, what `sides_of` gives of it)], {(body, density of the fluid): its drag}) of a measurement."""
-    found = [(trial, sides_of(trial, noise.position, noise.rho)) for trial in measurement.trials]
+    found = [(trial, sides_of(trial, noise.towards(trial.surroundings.normal), noise.rho)) for trial in measurement.trials]
     alike = {}
     for trial, parts in found:
         alike.setdefault((trial.body, trial.surroundings.fluid_density), []).append(parts)

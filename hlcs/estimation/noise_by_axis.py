@@ -3,11 +3,12 @@
 from dataclasses import replace
 
 import numpy as np
+from scipy import special
 
 from hlcs.estimation.rounding import FINE
 
 ALIKE = (1.0, 1.0, 1.0)  # noise along x, y, z, over its root mean square
-BEYOND_CHANCE = 10.8  # chi-square of one number that chance exceeds once in a thousand
+CHANCE = 0.001  # that axes which are alike are taken to differ
 
 
 def axes_of(trial):
@@ -28,7 +29,7 @@ def unlike(noises, rounding):
     if len(known) < 2 or rounding > FINE * sigmas.min():
         return ALIKE
     sizes, weights = np.log(sigmas), 1 / np.array([noise.covariance[0, 0] for noise in known.values()])
-    if weights @ (sizes - np.average(sizes, weights=weights)) ** 2 < BEYOND_CHANCE:
+    if weights @ (sizes - np.average(sizes, weights=weights)) ** 2 < special.chdtri(len(known) - 1, CHANCE):
         return ALIKE
     along = np.ones(3)
     along[list(known)] = sigmas / np.sqrt(np.mean(sigmas**2))

@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hlcs.data.quantities import CHANNEL_UNITS
 from hlcs.estimation.correlated_noise import MOST_RHO, MOST_WHITE, CorrelatedNoise, lower_factor
 from hlcs.estimation.whitening import colour, exponent_of, steps_between, whiten, whitening_of_settings
 from minibullet.kernels import leaf
@@ -64,7 +63,8 @@ class NoiseDraws:
                 continue
             rho = np.clip(kind.rho + shifts[1], 0.0, MOST_RHO)
             share = np.clip(kind.white + shifts[2], 0.0, MOST_WHITE)
-            sizes = np.exp(shifts[0]) * kind.sigma / (noise.of_unit(CHANNEL_UNITS[which]) or 1.0)  # over what rows are known by
+            known, along = noise.reading(channel), noise.along[channel] if channel < 3 else 1.0
+            sizes = np.exp(shifts[0]) * kind.sigma * along / (known.sigma if known else 1.0)  # over what rows are known by
             expected = self.models[index][part] - origin if step else np.zeros(len(sigma))
             noises = Noises(exponent_of(rho), share, sizes)
             readings = Readings(steps_between(recording.times[part], noise.step), sigma, float(step), expected)

@@ -10,7 +10,7 @@ from hlcs.data.quantities import CHANNEL_UNITS, CHANNELS
 from hlcs.data.rounded_readings import reading_step
 from hlcs.estimation.correlated_noise import LEAST_CERTAIN, MOST_WHITE, CorrelatedNoise, excess_deviance, fit_correlated_noise
 from hlcs.estimation.least_squares import basis, project_out
-from hlcs.estimation.noise_by_axis import ALIKE, BEYOND_CHANCE, axes_of, made_alike, unlike
+from hlcs.estimation.noise_by_axis import ALIKE, axes_of, made_alike, unlike
 from hlcs.estimation.outliers import NO_TAIL, Tail, isolated_outliers, scatter_of, spread_of, tail_of
 from hlcs.estimation.rounding import COARSE, FINE, before_rounding, lattice_of, noise_below_the_step, rounded, step_of
 from hlcs.estimation.whitening import kalman_filter, whitening_of
@@ -23,6 +23,7 @@ DRIFT = 2.0  # scatter over rms change from sample to sample: of nine samples th
 ELSEWHERE = 4.0  # standard deviations of where a body rests at which it is not yet there
 KINK = 6.0  # usual deviations of a second difference beyond which a height is thrown back there, and no smooth curve goes on
 LEAST_OF_A_PART = 9  # samples of a piece of a series: a curve of degree 5 leaves three of them to judge by
+BEYOND_CHANCE = 10.8  # chi-square of one number that chance exceeds once in a thousand
 LEAST_OF_A_TAIL = 200  # whitened samples that tell how many outliers stayed: of one in a hundred they hold two
 
 
@@ -49,7 +50,11 @@ class Noise:
     @property
     def by_axis(self):
         """One sigma of a reading of x, y, z (3,) [m]; None where they are alike, or unknown."""
-        return None if self.along == ALIKE or not self.positions else self.position * np.array(self.along)
+        return None if self.along == ALIKE or not self.positions else np.array([self.reading(k).sigma for k in range(3)])
+
+    def towards(self, direction):
+        """One sigma of a reading of a position along a direction, a unit vector (3,) [m]; None = unknown."""
+        return self.position if self.by_axis is None else float(np.linalg.norm(self.by_axis * direction))
 
     @property
     def orientation(self):
@@ -80,8 +85,7 @@ class Noise:
         noise = (self.positions, self.orientations, self.accelerations)[channel // 3]
         if not noise or channel >= 3:
             return noise
-        noise = rounded(noise, step_of(self.lattice))
-        return noise._replace(sigma=noise.sigma * self.along[channel])
+        return rounded(noise._replace(sigma=noise.sigma * self.along[channel]), step_of(self.lattice))
 
     def to_dict(self):
         """What is told of it in results; rounding: the steps in which positions are read [m], where they count."""

@@ -187,7 +187,7 @@ def _seated(trial, noise):
     """Does a segment start flat on its floor? A body on an edge or a corner tips: its initial state is free."""
     return (
         noise.orientation is not None
-        and (trial.seen_from_above or gaps(trial)[: SHORTEST // 2].max() < 4 * (noise.position or 0.0))
+        and (trial.seen_from_above or gaps(trial)[: SHORTEST // 2].max() < 4 * (noise.towards(trial.surroundings.normal) or 0.0))
         and lies_on_a_face(trial.body, trial.surroundings.floor_normal, trial.orientation, noise.orientation)
     )
 
@@ -226,7 +226,7 @@ def part_of(trial, begin, end):
 
 def without_rest(trial, noise):
     """(recording without the tail at rest beyond REST, sentences saying so)."""
-    sigma = noise.position
+    sigma = noise.position if noise.by_axis is None else noise.by_axis
     if sigma is None or not np.isfinite(trial.position).any():
         return trial, []
     far = np.zeros(len(trial.times))

@@ -8,6 +8,9 @@ is then judged once more with that noise. Nothing but the words of a report depe
 from dataclasses import replace
 from typing import NamedTuple
 
+import numpy as np
+
+from hlcs.data.quantities import CHANNELS
 from hlcs.estimation.noise_model import Noise
 from hlcs.report.leftover import spectra
 
@@ -37,7 +40,8 @@ def noise_shown(problem, fit, shown, judge, file):
     along = shown.noise.by_axis if shown.key == "position" else None
     value = f"{shown.sigma:.2g}" if along is None else f"[{', '.join(f'{size:.2g}' for size in along)}]"
     stated, remedy = shown.key in file.noise, f"{file.place('measurement.noise')}, {shown.key} = {value}"
-    more = {} if along is None else {"along": along.tolist()}
+    seen = sorted({int(channel) for recording in problem.recordings for channel in np.unique(recording.channel) if channel < 3})
+    more = {} if along is None else {"along": {CHANNELS[channel]: float(along[channel]) for channel in seen}}
     return more | {
         "sigma": shown.sigma,
         "known": problem.noise.of_unit(shown.unit),

@@ -81,13 +81,15 @@ def read_sweep_file(path, allow_outside=False):
     for name, values in table.items():
         if not isinstance(values, list) or not values:
             file.fail(name, f"must be a list of one value or more, got {shown_value(values)}", "sweep")
-        if twice := [value for place, value in enumerate(values) if value in values[:place]]:
-            file.fail(name, f"{shown_value(twice[0])} stands twice; a run is made once: leave one of the two out", "sweep")
         if name in file.values.get("placement", {}):
             file.fail(name, "stands under [placement] too; leave one of the two out", "sweep")
     count = int(np.prod([len(values) for values in table.values()], dtype=float))
     if count > MOST_RUNS:
         raise InputError(f"{file.path}: {count} runs; at most {MOST_RUNS}: shorten a list of [sweep]")
+    for name, values in table.items():
+        seen = set()
+        if twice := [value for value in values if repr(value) in seen or seen.add(repr(value))]:
+            file.fail(name, f"{shown_value(twice[0])} stands twice; a run is made once: leave one of the two out", "sweep")
     read = {**table}
     for name, reading in (("bottom", with_bottom), ("armour", with_armour), ("standing", with_standing)):
         if name in table:  # a survey or a mesh is read once, not for every run

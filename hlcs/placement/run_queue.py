@@ -65,11 +65,11 @@ def unused_rows(store, keys):
     sentences = []
     if others:
         sentences.append(
-            f"{others} runs in the store were made by other code (another version of hlcs or of a library); they are "
-            "computed again, the earlier rows stay"
+            f"{how_many(others, 'run')} in the store made by other code (another version of hlcs or of a library): computed "
+            "again, the earlier rows stay"
         )
     if damaged:
-        sentences.append(f"{how_many(damaged, 'row')} of the store, damaged, computed again")
+        sentences.append(f"{how_many(damaged, 'damaged row')} of the store: computed again")
     return "; ".join(sentences)
 
 

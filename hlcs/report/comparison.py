@@ -13,7 +13,7 @@ from hlcs.report.notes import note_parts
 from hlcs.report.page import fragment, png
 from hlcs.report.sentences import NEAR_NOISE, left_by_adequate, place
 from hlcs.report.statistics import where_table
-from hlcs.report.words import DASH, chance, change_told, number, size, two_digits
+from hlcs.report.words import DASH, chance, change_told, joined, number, size, two_digits
 
 LEFT = {True: "nothing but noise", False: "more than noise", None: ""}
 MOST_PLACES = 5
@@ -130,6 +130,8 @@ def _errors(comparison):
 
 def _noise(noise, unit):
     told = noise.get("source") or "unknown"
+    if along := noise.get("along_axes"):
+        told += f", {joined(size(each, unit) for each in along)} along x, y and z"
     if step := noise.get("rounding"):
         told += f", and readings in steps of {size(step, unit)} ({size(step / math.sqrt(12), unit)} of it)"
     if inputs := noise.get("inputs"):

@@ -68,11 +68,12 @@ def _agreeing(mended):
 def noise_too_small(shown, mended):
     """That the noise may be larger than what was taken for it, by how much, and what to write; mended: if effects are added."""
     known, sigma = (size(shown[key], shown["unit"]) for key in ("known", "sigma"))
+    whose, wrong = KNOWN_BY.get(shown["source"], "The noise"), "be too small"
     if "along" in shown:
-        sigma = f"{joined(size(each, shown['unit']) for each in shown['along'])} along x, y and z"
+        wrong = "not be the same along all axes"
+        sigma = f"{joined(size(each, shown['unit']) for each in shown['along'].values())} along {joined(shown['along'])}"
     model, more = _agreeing(mended)
-    whose = KNOWN_BY.get(shown["source"], "The noise")
     return (
-        f"{whose} may be too small: it is {known}, and {shown['seen']} {sigma}, whatever the model. With a noise of {sigma} "
+        f"{whose} may {wrong}: it is {known}, and {shown['seen']} {sigma}, whatever the model. With a noise of {sigma} "
         f"{model} agrees with the data, and {more} need be missing. The line to write: {shown['remedy']}; then run it again."
     )

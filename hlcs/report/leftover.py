@@ -15,7 +15,7 @@ MOST = 0.9  # share of what is more than noise that a few recordings must hold t
 NAMED = 4  # recordings that are named one by one; of more the count is told
 ALIKE = 0.3  # correlation of neighbouring residuals from which they are said to drift
 CYCLES = 3.0  # that a recording must hold of a period: fewer are a drift
-AS_HIGH = 0.001  # chance that the largest of all frequencies is as high as that in noise
+AS_HIGH = 0.001  # chance that noise holds as much of a pattern, or a swing as high, whatever its frequency
 MOST_FREQUENCIES = 2000
 WORDS = {"time": "time", "height": "height", "speed": "speed", "input": "the main input", "layer": "the layer"}
 
@@ -115,13 +115,17 @@ def _by_setting(table):
 
 
 def _held_by_means(label, white):
-    """Share of the mean square of white residuals (n,) that the mean of each label (n,) holds, less chance [-]."""
+    """Share of the mean square of white residuals (n,) that the mean of each label (n,) holds, less chance; 0 where chance alone
+    may do as much (F test) [-]."""
     _, index, counts = np.unique(label, return_inverse=True, return_counts=True)
     means, freedom = np.bincount(index, white) / counts, len(white) - len(counts)
     total = float(np.sum(white**2))
     if freedom <= 0 or total <= 0:
         return 0.0
-    return max(0.0, 1 - float(np.sum((white - means[index]) ** 2)) / total * len(white) / freedom)
+    within = max(float(np.sum((white - means[index]) ** 2)), 1e-12 * total)
+    if special.fdtrc(len(counts), freedom, (total / within - 1) * freedom / len(counts)) > AS_HIGH:
+        return 0.0
+    return max(0.0, 1 - within / total * len(white) / freedom)
 
 
 def neighbours(table):
@@ -136,9 +140,10 @@ def few_recordings(table):
     """(indices of the recordings, share) that hold MOST of what is more than noise, where these are at most half of all; None
     where it is spread over more, or there is no more than noise."""
     trials = np.unique(table["trial"])
-    excess = np.array([float(np.sum(table["sigmas"][table["trial"] == trial] ** 2 - 1)) for trial in trials])
+    white = table.get("white", table["sigmas"])
+    excess = np.array([float(np.sum(white[table["trial"] == trial] ** 2 - 1)) for trial in trials])
     order, more = np.argsort(-excess, kind="stable"), float(np.sum(np.maximum(excess, 0.0)))
-    if more <= 3 * np.sqrt(2 * len(table["sigmas"])):  # standard deviations of what noise leaves
+    if more <= 3 * np.sqrt(2 * len(white)):  # standard deviations of what noise leaves
         return None
     held = np.cumsum(excess[order]) / more
     count = int(np.argmax(held >= MOST)) + 1

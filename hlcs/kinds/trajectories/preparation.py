@@ -62,7 +62,7 @@ def touches(trials, noise):
             continue
         position = np.nan_to_num(trial.position[there])
         gap = trial.surroundings.above_floor(position) - shape.bounding_radius
-        reach = 4 * (noise.position or 0.0) + 0.02 * shape.bounding_radius
+        reach = 4 * (noise.towards(trial.surroundings.normal) or 0.0) + 0.02 * shape.bounding_radius
         if gap.min() < reach or rebounds(trial.times[there], gap, reach):
             return True
     return False
@@ -106,7 +106,7 @@ def starts_seated(trial, noise):
         return False
     first = there[:6]
     lifts = np.array([gap(shape, position, orientation, trial.surroundings) for position in np.nan_to_num(trial.position[first])])
-    tolerance = 4 * (noise.position or 0.0) + 0.02 * shape.bounding_radius
+    tolerance = 4 * (noise.towards(trial.surroundings.normal) or 0.0) + 0.02 * shape.bounding_radius
     there = np.abs(lifts) < tolerance
     return bool(there[0] and np.sum(~there) <= len(there) // 6)
 
@@ -121,7 +121,7 @@ def rolling_notes(trials, noise):
             continue
         normal = around.normal
         height = around.above_floor(np.nan_to_num(trial.position[there]))
-        tolerance = 4 * (noise.position or 0.0) + 0.02 * body.radius
+        tolerance = 4 * (noise.towards(normal) or 0.0) + 0.02 * body.radius
         turn = first_attitude(trial)
         upright = abs(rotations.rotate((1.0, 0.0, 0.0, 0.0) if turn is None else turn, np.array([0.0, 0.0, 1.0])) @ normal)
         stands = abs(body.height / 2 - body.radius) < tolerance if turn is None else upright**2 > 0.5  # nearer to upright

@@ -158,7 +158,7 @@ def samples_held(trial, noise, lies=False):
     if len(there) < 2 * LEAST:
         return 0
     times, heights = trial.times[there] - trial.times[there[0]], heights[there]
-    fallen = np.flatnonzero(np.maximum.accumulate(heights) - heights > FALLEN * noise.position)
+    fallen = np.flatnonzero(np.maximum.accumulate(heights) - heights > FALLEN * noise.reading(axis).sigma)
     end = int(np.argmin(heights[: fallen[0] + 1 if len(fallen) else None])) + 1
     if end < 2 * LEAST:
         return 0
@@ -176,6 +176,7 @@ def samples_held(trial, noise, lies=False):
     near = min(looked[::step], key=rested)
     best = min((k for k in looked if abs(k - near) < step), key=rested)
     rest = trial.position[: there[best]]  # a throw from the hand is no rest, though the fall from its top begins with one
-    rest = rest[:, np.isfinite(rest).any(axis=0)]
-    still = np.all(np.abs(rest - np.nanmean(rest, axis=0))[np.isfinite(rest)] < STRAY * noise.position)
+    seen, sigmas = np.isfinite(rest).any(axis=0), np.array([noise.reading(k).sigma for k in range(3)])
+    rest = (rest / sigmas)[:, seen]
+    still = np.all(np.abs(rest - np.nanmean(rest, axis=0))[np.isfinite(rest)] < STRAY)
     return int(there[best]) + 1 if still and left(times, [times]) - rested(best) > BEYOND_CHANCE else 0

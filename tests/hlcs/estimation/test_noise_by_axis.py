@@ -5,6 +5,8 @@ import pytest
 from throws import drag_per_metre, write_throws
 
 import hlcs
+from hlcs.estimation.correlated_noise import CorrelatedNoise
+from hlcs.estimation.noise_model import Noise
 
 SIGMAS = np.array([0.002, 0.008, 0.002])  # of x, y, z [m]
 STATED = "noise = { position = [0.002, 0.008, 0.002] }\n"
@@ -28,8 +30,9 @@ def test_curves_tell_the_axis_along_which_the_stated_noise_is_too_small(tmp_path
     path = write_throws(tmp_path, sigma=SIGMAS, static=False, noise="noise = { position = 0.002 }\n")
     found = hlcs.compare(path)
     told = found.noise_shown
-    assert not found.adequate and told["along"] == pytest.approx(SIGMAS, rel=3 * 0.037)
-    line = f"position = [{', '.join(f'{size:.2g}' for size in told['along'])}]"
+    assert not found.adequate and list(told["along"]) == ["x", "y", "z"]
+    assert list(told["along"].values()) == pytest.approx(SIGMAS, rel=3 * 0.037)
+    line = f"position = [{', '.join(f'{size:.2g}' for size in told['along'].values())}]"
     assert told["remedy"].endswith(line) and "along x, y and z" in str(found)
     path.write_text(path.read_text().replace("position = 0.002", line))
     assert hlcs.compare(path).adequate
@@ -53,3 +56,24 @@ def test_a_noise_by_axis_is_three_positive_numbers(tmp_path, value):
     path = write_throws(tmp_path, static=False, noise=f"noise = {{ position = {value} }}\n")
     with pytest.raises(hlcs.InputError, match=r"line 11: measurement.noise.position: (must be 3 finite|every component)"):
         hlcs.compare(path)
+
+
+def test_readings_in_steps_are_as_coarse_along_an_axis_that_is_well_known(tmp_path):
+    """Rounding to 5 mm adds 5/sqrt(12) mm to each axis by itself, whatever the noise of the others: 1.76 mm to one of 1 mm."""
+    path = write_throws(tmp_path, sigma=np.array([0.001, 0.001, 0.01]), noise="noise = { position = [0.001, 0.001, 0.01] }\n")
+    for file in tmp_path.glob("throw_*.csv"):
+        names, *rows = file.read_text().split()
+        cells = [[float(cell) for cell in row.split(",")] for row in rows]
+        steps = [f"{t:.6f}," + ",".join(f"{0.005 * round(value / 0.005):.3f}" for value in place) for t, *place in cells]
+        file.write_text("\n".join([names, *steps]) + "\n")
+    path.write_text(path.read_text().replace('static = "rest.csv"\n', ""))
+    found = hlcs.compare(path).noise["along_axes"]
+    assert found == pytest.approx(np.hypot([0.001, 0.001, 0.01], 0.005 / np.sqrt(12)), rel=1e-3)
+
+
+def test_the_height_above_a_floor_is_known_as_well_as_readings_along_its_normal():
+    """A depth known to 17 mm lies along x, heights are known to 1 mm: what touches a level floor is told by these."""
+    noise = Noise(CorrelatedNoise(0.01, 0.0, 0.0, np.zeros((3, 3))), None, 0.01, "stated", along=(1.7, 0.1, 0.1))
+    assert noise.towards(np.array([0.0, 0.0, 1.0])) == pytest.approx(0.001)
+    assert noise.towards(np.array([0.6, 0.0, 0.8])) == pytest.approx(np.hypot(0.6 * 0.017, 0.8 * 0.001))
+    assert noise.position == 0.01 and noise.reading(0).sigma == pytest.approx(0.017)

@@ -172,7 +172,7 @@ def test_a_store_from_before_the_hash_opens_and_its_rows_stay(plan, tmp_path):
             connection.execute("INSERT INTO runs VALUES (?, ?, ?, ?, ?)", row)
     connection.close()
     outcome = parameter_sweep.run_sweep(plan, path, workers=1)
-    assert outcome["ran"] == 6 and "6 runs in the store were made by other code" in outcome["told"]
+    assert outcome["ran"] == 6 and "6 runs in the store made by other code" in outcome["told"]
     assert all(row["k1"] < 2 for row in outcome["rows"])
     with sqlite3.connect(path) as connection:
         rows = connection.execute("SELECT code, result, finished FROM runs WHERE code = ''").fetchall()
@@ -188,7 +188,7 @@ def test_a_damaged_row_is_told_and_computed_again(plan, tmp_path, damage):
         connection.execute("UPDATE runs SET result = ? WHERE key = ?", (damage, key_of(settings_of(plan.tests[2]))))
     connection.close()
     again = parameter_sweep.run_sweep(plan, path, workers=1)
-    assert (again["ran"], again["kept"]) == (1, 5) and "1 row of the store, damaged, computed again" in again["told"]
+    assert (again["ran"], again["kept"]) == (1, 5) and "1 damaged row of the store: computed again" in again["told"]
     assert [row["k1"] for row in again["rows"]] == [row["k1"] for row in whole["rows"]]
     assert parameter_sweep.run_sweep(plan, path, workers=1)["ran"] == 0
 

@@ -217,3 +217,15 @@ def test_a_model_that_cannot_be_placed_on_a_measured_grid_says_why(tmp_path):
     )
     with pytest.raises(InputError, match="smallest feasible spacing"):
         compare_layers(read_experiment_file(tmp_path / "e.toml"), simulator=PlacementSimulator(tmp_path / "s.sqlite", workers=1))
+
+
+def test_an_effect_of_layers_alone_that_was_added_is_compared_with_and_without(tmp_path):
+    """The library of recordings does not know a plate: one of 0.05 Dn makes the first layer as much thicker."""
+    (tmp_path / "layers.csv").write_text("grid,layer,mean,cv,tests\nTPG,1,1.35,0.01,5\n")
+    model = '[model]\neffects = [{ name = "plate_bias", offset = 0.05 }]\nadded = ["plate_bias"]\n'
+    placed = '[placement]\nshape = "hull"\nlayers = 1\nrows = 3\ncolumns = 3\n'
+    path = tmp_path / "e.toml"
+    path.write_text(f'kind = "layers"\n{placed}{model}[measurement]\nfile = "layers.csv"\n')
+    found = hlcs.compare(path, workers=1)
+    assert (found.added, found.replaced) == (("plate_bias",), ()) and "plate bias added" in str(found)
+    assert found.error["rms"] < found.before.error["rms"]
