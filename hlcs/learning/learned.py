@@ -73,7 +73,7 @@ def sentence(law, numbers, direction, also, measured=AXES):
         sizes = ", ".join(f"{1000 * numbers[f'amplitude_{axis}']['value']:.2g}" for axis in axes)
         phase = "; its phase differs from recording to recording, so no effect can foretell it" if law.own_phases else ""
         names = " and ".join(", ".join(axes).rsplit(", ", 1))
-        told = f"An oscillation of {numbers['frequency_hz']['value']:.3g} Hz"
+        told = f"An oscillation of {numbers['frequency_hz']['value']:.2g} Hz"
         return f"{told} in {names} ({sizes} mm): the camera shakes, or a force swings{phase}{others}"
     return f"{_force(law, numbers, direction, measured)} {_grows(law, numbers)}{_strength(law, numbers)}{others}"
 

@@ -40,11 +40,11 @@ def test_what_is_no_bounded_regular_file_is_refused_at_once(tmp_path, kind):
     assert "\n" not in str(refusal.value) and ("at most" in str(refusal.value)) == (kind == "large")
 
 
-@pytest.mark.parametrize("content", [b"\xff\xfe\x00a", b"a\0b"])
-def test_bytes_that_are_no_text_are_refused(tmp_path, content):
+@pytest.mark.parametrize(("content", "said"), [(b"\xff\xfe\x00a", "not text"), (b"a\nb\0c", "line 2: a zero byte")])
+def test_bytes_that_are_no_text_are_refused(tmp_path, content, said):
     path = tmp_path / "a.txt"
     path.write_bytes(content)
-    with pytest.raises(InputError, match="not text"):
+    with pytest.raises(InputError, match=said):
         read_text(path, "a.txt", 100, "")
 
 
