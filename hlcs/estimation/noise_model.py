@@ -170,7 +170,7 @@ def shown_by_curves(measurement, noise):
     """
     found, units, along = {}, dict(zip(OF_RECORDINGS, CHANNEL_UNITS, strict=True)), noise.along
     if along == ALIKE and noise.positions:
-        axes = ([axes_of(trial)[axis] for trial in measurement.trials] for axis in range(3))
+        axes = zip(*map(axes_of, measurement.trials), strict=True)
         curves = (_from_flexible_curve(trials, noise.step, "position", 0.0) for trials in axes)
         along = unlike((curve and curve[0] for curve in curves), step_of(noise.lattice))
     trials, more = [made_alike(trial, along) for trial in measurement.trials], max(np.divide(along, noise.along))

@@ -156,7 +156,7 @@ def _lift_free(world, layer, hangers, few):
         for *pair, depth in overlapping:
             for wall, handle in (pair, pair[::-1]):
                 if wall.is_plane and handle in number:
-                    handle.position = handle.position + depth * rotations.rotate(wall.orientation, np.array([0.0, 0.0, 1.0]))
+                    handle.position += depth * rotations.rotate(wall.orientation, np.array([0.0, 0.0, 1.0]))
         pairs = [[number[handle] for handle in pair if handle in number] for *pair, _ in overlapping]
         lifted = {max(pair, key=lambda rank: (few * hangers[rank].lift, rank)) for pair in pairs if pair}
         if not lifted:

@@ -15,7 +15,7 @@ from hlcs.data.notes import AsItIs
 from hlcs.estimation.fitting import chi2_of
 from hlcs.kinds.outcomes.setting_errors import within
 from hlcs.report.words import AS_IT_IS, joined, size, words
-from hlcs.selection.thresholds import TIED
+from hlcs.selection.thresholds import INTERVAL, TIED
 
 END = "from which point of the body, and from which end of the ruler, it is counted"
 ZEROS = {  # what is read from one zero -> its unit, what to check
@@ -27,7 +27,6 @@ ZEROS = {  # what is read from one zero -> its unit, what to check
     ("angle_deg",): ("degrees", "where the angle is counted from, with a level"),
 }
 ALONG = 1.1  # of the length of a body: how far off a zero is looked for, which noise may move beyond its end
-HALF_WIDTH = float(special.ndtri(0.95))  # of an interval of 90 % [standard errors]
 FASTER, TURNED = 0.5, 5.0  # of the smallest speed, degrees: farther off than that nobody takes them for right
 
 
@@ -70,7 +69,7 @@ def _told(problem, model, names, most, worst, judge):
     step = 0.01 * most
     bend = (misfit(found.x + step) + misfit(found.x - step) - 2 * found.fun) / step**2
     unit, check = ZEROS[names]
-    error = f" +- {size(HALF_WIDTH * np.sqrt(2 / bend), unit)}" if 0 < bend < np.inf else ""
+    error = f" +- {size(np.sqrt(2 * special.chdtri(1, 1 - INTERVAL) / bend), unit)}" if 0 < bend < np.inf else ""
     which, side = " and ".join(names) + (" is" if len(names) == 1 else " are"), "more" if found.x > 0 else "less"
     stated = f"{size(abs(found.x), unit)}{error} {side} than stated in all rows alike"
     numbers = [f"{words(term.name)} {key} = {value:.4g}" for term in fit.model.terms for key, value in term.values]
