@@ -6,6 +6,7 @@ import numpy as np
 
 from hlcs.placement.metres import states
 from minibullet import rotations
+from minibullet.errors import how_many
 from minibullet.report.drawing import LAYER_COLOURS
 
 SCALES = [ten * step for ten in (1, 10, 100, 1000, 10_000) for step in (1, 2, 5)]  # 1:1, 1:2, 1:5, 1:10, ...
@@ -108,7 +109,8 @@ def _legend(result, scale, corner, width):
     lines.append(_words(left + bar + 0.5 * letter, y + 0.35 * letter, letter, f"{bar:g} m; x to the right, y upwards"))
     odd = sum(state in ("lost", "moves or hangs") for layer in range(len(result.poses)) for state in states(result, layer + 1))
     if odd:
-        lines.append(_words(left, top + 7.0 * letter, letter, f"red outline: {odd} units that do not stand in their layer", LOST))
+        told = f"red outline: {how_many(odd, 'unit')} not standing in the layer"
+        lines.append(_words(left, top + 7.0 * letter, letter, told, LOST))
     return lines
 
 

@@ -76,7 +76,7 @@ def test_states_tell_lost_from_hanging_units(small_result):
     changed = dataclasses.replace(small_result, poses=(small_result.poses[0], poses), standing=standing)
     assert metres.states(changed, 2) == ["lost", "moves or hangs", "stands", "stands"]
     assert metres.states(dataclasses.replace(changed, standing=()), 2) == ["lost", "", "", ""]
-    assert "2 units that do not stand" in svg(changed)
+    assert "2 units not standing" in svg(changed)
 
 
 def test_the_upper_surface_of_a_turned_box_has_its_volume():
