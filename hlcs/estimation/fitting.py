@@ -237,9 +237,9 @@ def measured_errors(problem, found):
         stood, measured = path.best[0], seen_at_ends(path, found)
         left, values, states = path.best
         if not left < stood - SHOWN:
-            break
+            return measured
         found = replace(fit(problem, with_values(found.model, values), states), step_error=found.step_error)
-    return measured
+    return seen_at_ends(Elimination(problem, found.model, found.initial_states), found)
 
 
 def seen_at_ends(path, fit):
