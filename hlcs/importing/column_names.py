@@ -4,6 +4,10 @@ from hlcs.data.outcome_tables import SD
 from hlcs.data.quantities import INPUTS, OUTCOMES
 from hlcs.data.recordings import ACCELERATIONS, COLUMNS, PIXELS
 from hlcs.importing.units import KNOWN, SUFFIXES, UNITS, quantity_of, split_unit
+from minibullet.errors import nearest, shown
+
+LEAST_LETTERS = 4  # of a word that may be misspelt: of three letters any other is one away
+ALIKE = 0.8  # likeness of two words, 0 to 1, from which one may be the other misspelt: one letter of five
 
 WORDS = {  # what people write above a column, in English, German, French, Spanish, Italian and Portuguese -> the column
     "t_s": "t, time, zeit, laufzeit, temps, tiempo, tempo, time stamp, timestamp",
@@ -68,6 +72,14 @@ def meaning(word, unit=""):
     name = MEANING.get(word)
     fits = name is None or unit not in KNOWN or unit in UNITS[quantity_of(name)] or unit in UNITS["pixels"]
     return name if fits else None
+
+
+def misspelt(cell, known):
+    """What to do where a name is nearly one that is known, and its column is none of those that are there; "" elsewhere."""
+    word, unit = split_unit(cell)
+    near = nearest(word, [each for each in MEANING if len(each) >= LEAST_LETTERS], ALIKE) if len(word) >= LEAST_LETTERS else None
+    name = near and meaning(near, unit)
+    return f"; where it is '{near}', state \"{shown(cell)}={name}\"" if name and name not in known else ""
 
 
 def column_of(cell):

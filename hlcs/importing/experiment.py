@@ -171,6 +171,9 @@ def surroundings_lines(known, flies=None, stated=None):
     if known & {*ACCELERATIONS} and not known & {*COLUMNS[1:4], *PIXELS} and not flies:
         floor = "m: 0.0 where the body lies or slides on a table or floor; delete the line if it flies"
         lines.append(entry("floor.height", FILL_IN if flies is None else 0.0, floor))
+    elif known & {*COLUMNS[1:3], *PIXELS[:2]} and not known & {COLUMNS[3], PIXELS[2]}:
+        held = "m: 0.0 where the body slides or rolls; delete the line where nothing holds it, or air carries it as a puck"
+        lines.append(entry("floor.height", FILL_IN, held))
     else:
         where = "m: where the floor is, in the z of the recordings; left out = no floor"
         lines.append(optional("floor.height = 0.0", where))

@@ -15,7 +15,7 @@ from hlcs.data.model_entries import FILL_IN
 from hlcs.data.quantities import OUTCOMES
 from hlcs.data.recordings import ACCELERATIONS, COLUMNS, PIXELS
 from hlcs.importing.axes import turned
-from hlcs.importing.column_names import DIAMETERS, IN_RECORDINGS, IN_TABLES, MEANING, TIMED, meaning
+from hlcs.importing.column_names import DIAMETERS, IN_RECORDINGS, IN_TABLES, MEANING, TIMED, meaning, misspelt
 from hlcs.importing.found import FEW, Assumption, Found, recording
 from hlcs.importing.grids import MISSING, grid_of, is_number, source_of
 from hlcs.importing.repeats import COMPUTED, below_one_another, word_and_unit
@@ -26,6 +26,7 @@ from minibullet.errors import InputError, how_many, shown
 NAME = "spreadsheet"
 USES = ("up", "length_unit", "time_unit", "frame_rate", "column", "constant")
 OFTEN, PART = 3, 0.2  # how many times beside heights, and which part, do not rise where they are of falls: repeats scatter
+DROPS = 40  # rows of a height and a time that may each be a drop of its own
 FIRST_ROWS = 12  # in which the row of names stands
 
 
@@ -117,7 +118,7 @@ def _nameless(grid, head, first):
 
 def _left_out(grid, head, left, found):
     """Assumptions on the columns whose meaning is not known: one of all, and one of each that may part the rows of a table."""
-    hints = {cell: _may_be_groups(grid, head, cell, found) for cell in left}
+    hints = {cell: _may_be_groups(grid, head, cell, found) or misspelt(cell, found) for cell in left}
     plain = [f"'{shown(cell)}'" for cell in left if not hints[cell]]
     told = [f"column '{shown(cell)}' is left out, its meaning is not known{hint}" for cell, hint in hints.items() if hint]
     if plain:
@@ -199,6 +200,10 @@ def _columns(grid, head, first, overrides, repeats=False):
             since = ", counted from the release" if name == "bounce_time_s" else ""
             half = "half of " if place.part != 1 else ""
             notes.append(Assumption(f"{grid.name}: {half}column '{shown(cell)}' is {name}{since}", "--column"))
+    if {*found} == {"t_s", "z_m"} and len(grid.cells) - first <= DROPS and "t_s" not in overrides.column.values():
+        cell = shown(grid.cells[head][found["t_s"].index])
+        told = f'its rows are samples of one motion; where each is a drop of its own, state "{cell}=fall_time_s"'
+        notes.append(Assumption(f"{grid.name}: {told}", "--column"))
     return found, left, notes
 
 

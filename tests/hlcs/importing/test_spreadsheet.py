@@ -190,6 +190,30 @@ def test_no_column_is_taken_for_a_time_whose_unit_is_another(refused):
     refused("n,mass (g),Dauer [s]\n1,2,3\n2,4,5\n", "csv", '--column "Dauer [s]=t_s", or =slide_time_s')
 
 
+def test_a_name_that_is_misspelt_is_left_out_with_the_one_that_it_may_be(imported):
+    found, _ = imported("time (s),x (m),hight (m),hue\n0,1,2,3\n0.1,2,3,4\n", "csv")
+    told = [one.text for one in found.assumptions]
+    assert (
+        "drop.csv: column 'hight (m)' is left out, its meaning is not known; where it is 'height', state \"hight (m)=z_m\""
+        in told
+    )
+    assert "drop.csv: column 'hue' is left out, its meaning is not known" in told
+
+
+@pytest.mark.parametrize(("rows", "column", "said"), [(7, {}, True), (7, {"time (s)": "t_s"}, False), (100, {}, False)])
+def test_rows_that_may_each_be_a_drop_are_told_to_be_samples(imported, rows, column, said):
+    """Heights and times that rise together, as a class writes them down."""
+    text = "height (m);time (s)\n" + "".join(f"{0.1 * k};{(0.2 * k / 9.81) ** 0.5:.3f}\n" for k in range(1, rows + 1))
+    found, tables = imported(text, "csv", column=column)
+    assert any('state "time (s)=fall_time_s"' in one.text for one in found.assumptions) == said
+    assert "t_s" in tables["drop.csv"]
+
+
+def test_what_is_seen_from_above_is_asked_for_its_floor(imported):
+    found, _ = imported("t,x,y\n0,1,2\n0.1,2,3\n", "csv", up="none")
+    assert any(place.key == "surroundings.floor.height" for place in found.fill_in)
+
+
 def test_what_all_files_share_is_assumed_once(imported):
     a, b = "t (s);X (mm)\n0,1;1\n0,2;2\n", "t (s);X (mm);note\n0,1;1;x\n0,2;3;y\n"
     told = [one.text for one in imported({"a.csv": a, "b.csv": b, "c.csv": b.replace("3", "4")}, "csv")[0].assumptions]
