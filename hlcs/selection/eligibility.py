@@ -134,17 +134,21 @@ def obstacle(kind, shown):
 def fastest(trial):
     """The highest speed over an eighth of a recording, by what was measured of its position [m/s].
 
-    By its accelerometer where nothing else is measured, from the start that is stated, or from rest.
+    By its accelerometer where nothing else is measured, from the start that is stated, or from rest; with the speed of a free
+    fall where nothing holds a body in the air whose height was not measured.
     """
     if trial.unplaced:
         speeds = np.asarray(trial.start.get("velocity", np.zeros(3))) + gained(trial, trial.times[0])
         return float(np.linalg.norm(speeds, axis=1).max())
-    there = np.isfinite(trial.position[:, np.isfinite(trial.position).any(axis=0)]).all(axis=1)
+    seen, around = np.isfinite(trial.position).any(axis=0), trial.surroundings
+    there = np.isfinite(trial.position[:, seen]).all(axis=1)
     times, position = trial.times[there], trial.position[there]
     far = max(len(times) // 8, 1)
     if len(times) <= far or not np.isfinite(position).any():
         return 0.0
-    return float(np.nanmax(np.sqrt(np.nansum((position[far:] - position[:-far]) ** 2, axis=1)) / (times[far:] - times[:-far])))
+    speed = np.nanmax(np.sqrt(np.nansum((position[far:] - position[:-far]) ** 2, axis=1)) / (times[far:] - times[:-far]))
+    held = seen[2] or around.floor_height is not None or around.planar or around.in_liquid
+    return float(speed if held else np.hypot(speed, around.gravity * np.ptp(trial.times)))
 
 
 def reynolds_numbers(body, surroundings, speed):
@@ -178,7 +182,8 @@ def _out_of_reach(kind, least, most):
     if most == 0.0 and np.isfinite(ends):
         return "there is no fluid, or no motion through it"
     if most < begins:
-        return f"Reynolds numbers reach {rounded(most)} only, and it needs {rounded(begins)}"
+        reached = rounded(most) if rounded(most) != rounded(begins) else f"{most:,.5g}"
+        return f"Reynolds numbers reach {reached} only, and it needs {rounded(begins)}"
     return f"Reynolds numbers reach {rounded(least)}, and it holds up to {rounded(ends)}" if least > ends else None
 
 

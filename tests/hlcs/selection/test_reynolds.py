@@ -1,5 +1,7 @@
 """A law of drag is told with the Reynolds numbers that the data reach: spheres that sink by Schiller and Naumann's curve."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -7,6 +9,7 @@ from scipy.integrate import solve_ivp
 import hlcs
 from hlcs.data.experiment_file import Body, Surroundings
 from hlcs.effects import classes
+from hlcs.selection.eligibility import fastest
 from hlcs.selection.reynolds import reached
 from minibullet.effects.fluid import drag_coefficient_of_sphere, dragged_as_much
 
@@ -107,3 +110,12 @@ def test_of_other_bodies_the_area_is_told_that_a_coefficient_refers_to():
     assert told["least"] is None and told["holds"] is None
     assert f"refers to {np.pi * radius * (radius + height) / 2:.2g}" in told["told"] and "drag_area" in told["told"]
     assert of("linear_drag", (2.0,), shape="cylinder", numbers={"rate": {"value": 0.9}}) is None
+
+
+@pytest.mark.parametrize(("around", "speed"), [({}, 4.93), ({"floor_height": 0.0}, 0.5), ({"fluid_density": 998.0}, 0.5)])
+def test_what_falls_unseen_is_as_fast_as_it_falls(around, speed):
+    """0.5 m/s along x for half a second, no height: in the air it falls as well, at g t = 4.905 m/s in the end."""
+    times, nowhere = np.linspace(0.0, 0.5, 26), np.full(26, np.nan)
+    position = np.column_stack([0.5 * times, nowhere, nowhere])
+    trial = SimpleNamespace(unplaced=False, position=position, times=times, surroundings=Surroundings(**around))
+    assert fastest(trial) == pytest.approx(speed, abs=0.005)
