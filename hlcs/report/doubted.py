@@ -2,6 +2,9 @@
 
 from typing import NamedTuple
 
+import numpy as np
+
+from hlcs.data.experiment_file import Surroundings
 from hlcs.report.words import joined, number, size, words
 
 KNOWN_BY = {  # what a noise is called, by how it is known
@@ -9,6 +12,10 @@ KNOWN_BY = {  # what a noise is called, by how it is known
     "static recording": "The noise of the body at rest",
     "replicates": "The noise that repeats show",
 }
+
+
+AT_THE_EQUATOR, AT_THE_POLES = 9.780, 9.832  # normal gravity at sea level, World Geodetic System 1984 [m/s2]
+CLOSE = 0.006  # less on a mountain of 2 km, and what data leave open [m/s2]
 
 
 class Doubt(NamedTuple):
@@ -54,6 +61,24 @@ def starts_wrong(shown, mended, searched):
     )
 
 
+def local_gravity(diagnosis):
+    """That the gravity of some place on Earth, in place of the stated one, does what a wrong scale of length or a clock at a
+    wrong rate would do alike: sentences."""
+    if diagnosis.experiment is None or not isinstance(getattr(diagnosis.experiment.file, "surroundings", None), Surroundings):
+        return []
+    stated, falls = diagnosis.experiment.file.surroundings.gravity, {"length_scale": 1, "time_scale": 2}  # g goes as its power
+    alone = {its["effects"][0]: its["parameters"] for its in diagnosis.sets if len(its["effects"]) == 1}
+    if not falls.keys() <= alone.keys():
+        return []  # a length is known, or nothing falls freely
+    needed = [stated * (alone[name][name]["factor"] or np.nan) ** power for name, power in falls.items()]  # None: withheld
+    if not all(AT_THE_EQUATOR - CLOSE < each < AT_THE_POLES + CLOSE for each in needed):
+        return []
+    return [
+        f"A gravity of {needed[0]:.4g} m/s2 in place of {stated:g} does the same: at sea level it is {AT_THE_EQUATOR:.3f} at the "
+        f"equator and {AT_THE_POLES:.3f} at the poles, less on mountains. State that of your place as surroundings.gravity."
+    ]
+
+
 def _differing(name, least, most, unit):
     """How far what is stated of starts lies aside of what the data show."""
     least, most = (number(each, unit) for each in (least, most))
@@ -67,11 +92,14 @@ def _agreeing(mended):
 
 def noise_too_small(shown, mended):
     """That the noise may be larger than what was taken for it, by how much, and what to write; mended: if effects are added."""
-    known, sigma = (size(shown[key], shown["unit"]) for key in ("known", "sigma"))
-    whose, wrong = KNOWN_BY.get(shown["source"], "The noise"), "be too small"
-    if "along" in shown:
-        wrong = "not be the same along all axes"
-        sigma = f"{joined(size(each, shown['unit']) for each in shown['along'].values())} along {joined(shown['along'])}"
+    known, sigma = (
+        f"{joined(size(each, shown['unit']) for each in shown[along].values())} along {joined(shown[along])}"
+        if along in shown
+        else size(shown[key], shown["unit"])
+        for key, along in (("known", "known_along"), ("sigma", "along"))
+    )
+    whose, unlike = KNOWN_BY.get(shown["source"], "The noise"), "along" in shown and "known_along" not in shown
+    wrong = "not be the same along all axes" if unlike else "be too small"
     model, more = _agreeing(mended)
     return (
         f"{whose} may {wrong}: it is {known}, and {shown['seen']} {sigma}, whatever the model. With a noise of {sigma} "

@@ -7,7 +7,7 @@ from hlcs.data.quantities import unit_of
 from hlcs.records import Reason
 from hlcs.report.alternatives import alternatives, crossed, crossing_told
 from hlcs.report.document import Points
-from hlcs.report.doubted import doubt
+from hlcs.report.doubted import doubt, local_gravity
 from hlcs.report.leftover import likeness, turns_missed
 from hlcs.report.ranking import ranking
 from hlcs.report.words import capital, joined, number, share, size, span, two_digits, value, words
@@ -36,6 +36,7 @@ def opening(diagnosis):
         *stopped * bool(Stopped.among(diagnosis.notes)),
         *told,
         *_not_tried_for_time(diagnosis),
+        *local_gravity(diagnosis),
         *outside,
         *others,
         *_tolerance(diagnosis),
@@ -381,7 +382,7 @@ def _nearest(diagnosis):
     if best.reason is Reason.SUSPECTED:
         left_out = LEFT_OUT.get(diagnosis.kind, "data")
         return [f"{told}, but the error does not fall as it should on {left_out} that its numbers were not fitted to."]
-    return [f"{told}: {best.why}."]
+    return [f"{told}; {best.why.partition(': ')[2] or best.why}."]
 
 
 def _cannot_judge(diagnosis):

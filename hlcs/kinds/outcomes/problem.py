@@ -17,7 +17,7 @@ from hlcs.estimation.adequacy import fit_adequacy
 from hlcs.estimation.designs import Designs, other_bodies_tell
 from hlcs.estimation.direct_problem import DirectProblem
 from hlcs.estimation.linearization import Recording
-from hlcs.estimation.whitening import colour, whitening_of_settings
+from hlcs.estimation.whitening import whitening_of_settings
 from hlcs.kinds.outcomes.checks import check_magnitude, check_table
 from hlcs.kinds.outcomes.designs import ON_A_FLOOR, SLOPED, TOO_LONG, rows_of, said
 from hlcs.kinds.outcomes.never import all_that_was_measured, told
@@ -150,10 +150,6 @@ class TableProblem(DirectProblem):
     @property
     def noise_level(self):
         return float(np.sqrt(np.mean(self.sigmas**2)))
-
-    def error(self, white):
-        rest = [colour(recording.whitening, part) for recording, part in zip(self.recordings, white, strict=True)]
-        return float(np.sqrt(np.mean(np.concatenate(rest) ** 2)))
 
     def beside(self, model):
         """The problem with the scatter of its rows and the errors of its inputs as another model has them; itself where they stay
@@ -310,7 +306,16 @@ def table_candidates(file, table, names, own):
     why = {kind: stated(kind, entries, own) or text for kind, text in why.items()}
     found, absent = eligible(why, entries, body, surroundings, known_to_drag(body), own, extent, speed)
     sessions = np.unique(table.groups).tolist() if between_groups(table).seen else ()
+    found = [_called(entry, table) for entry in found]
     return [each_session(entry, sessions) if getattr(entry.kind, "by_person", False) else entry for entry in found], absent
+
+
+def _called(entry, table):
+    """A Candidate as a table calls it: one ruler that told a length beforehand and the outcome alike shows no scale."""
+    beside = next((name for name in LENGTHS if name in table.inputs), None)
+    if entry.kind is not LengthScale or OUTCOMES[table.outcome] != "m" or beside is None:
+        return entry
+    return replace(entry, words=f"a wrong scale of {table.outcome}, not of {beside}")
 
 
 def prepare_table(file, table, own=()):

@@ -64,3 +64,26 @@ def test_a_table_without_inputs_is_told_by_its_rows(tmp_path):
     file.write_text(body + '[measurement]\nfile = "t.csv"\n')
     prepared = hlcs.Experiment.read(file).opened(Options())._prepared
     assert prepared.problem.worst(prepared.base)[0].startswith("the rows (whose mean")
+
+
+def test_where_another_gravity_would_do_the_gravity_of_the_place_is_asked_for(tmp_path):
+    """Falls at 9.78 m/s2, as at the equator, told as at 9.81: no ruler and no clock need be wrong. Nowhere it is 9.5."""
+    for gravity, asked in ((9.78, True), (9.5, False)):
+        heights = np.repeat(np.linspace(0.5, 2.0, 6), 6)
+        times = np.sqrt(2 * heights / gravity) + 2e-4 * np.random.default_rng(3).standard_normal(len(heights))
+        frame = {"height_m": heights, "fall_time_s": times}
+        body = {"shape": "sphere", "radius": 0.0125, "mass": 0.0638}
+        table = hlcs.Experiment.from_frames([frame], body, {"fluid_density": 0.0}, kind="outcomes")
+        found = hlcs.diagnose(table, candidates=["length_scale", "time_scale"])
+        assert found.verdict == "ambiguous"
+        assert ("surroundings.gravity" in str(found)) == asked
+
+
+def test_a_scale_of_rebounds_is_told_not_to_be_that_of_the_drops(tmp_path):
+    """One ruler for both shows no scale: the ratio of two heights has none."""
+    heights = np.repeat(np.linspace(0.5, 2.0, 6), 5)
+    rebounds = 0.64 * heights + 0.005 * np.random.default_rng(3).standard_normal(len(heights))
+    frame, body = {"height_m": heights, "rebound_height_m": rebounds}, {"shape": "sphere", "radius": 0.02, "mass": 0.04}
+    table = hlcs.Experiment.from_frames([frame], body, {"restitution": 0.75, "floor": {"height": 0.0}}, kind="outcomes")
+    found = hlcs.diagnose(table, candidates=["length_scale"])
+    assert "wrong scale of rebound_height_m, not of height_m" in str(found).replace("\n", " ")
