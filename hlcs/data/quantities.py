@@ -5,6 +5,7 @@ import numpy as np
 CHANNELS = ("x", "y", "z", "rx", "ry", "rz", "ax", "ay", "az")  # of a recording: position, rotation and reading of an
 # accelerometer, each along (about) three axes
 CHANNEL_UNITS = ("m", "rad", "m/s2")  # of each three of them
+UNLIKELY = 0.001  # chance: what noise alone does as rarely it is not taken to have done
 
 AROUND = {
     "gravity": (0.0, 300.0),

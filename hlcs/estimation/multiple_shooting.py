@@ -3,6 +3,7 @@
 import numpy as np
 from scipy import special
 
+from hlcs.data.quantities import UNLIKELY
 from hlcs.estimation.fitting import CLOSE_IN_CONTACT, chi2_of
 from hlcs.estimation.least_squares import least_squares
 from hlcs.estimation.whitening import whiten
@@ -12,7 +13,6 @@ BAD = 2.0  # chi2 per degree of freedom of a recording above which its initial s
 STRETCHES = (0.3, 0.6, 1.0)  # parts of a recording that are fitted one after the other
 DAMPINGS = (0.0, 1e-3, 0.03, 1.0)  # of Levenberg and Marquardt, tried in one batch
 ROUNDS = 5  # steps on each stretch
-UNLIKELY = 1e-3  # of noise to leave as much: beyond, the states around are tried as well
 AROUND = 48  # states that are tried around one
 SIZES = (0.5, 2.0, 6.0, 20.0)  # of the moves there, in standard errors by its columns
 FAINT = 0.01  # of what the columns tell best: what they tell less of is moved by no more

@@ -5,15 +5,24 @@ from dataclasses import replace
 import numpy as np
 from scipy import special
 
+from hlcs.data.quantities import UNLIKELY
 from hlcs.estimation.rounding import FINE
 
 ALIKE = (1.0, 1.0, 1.0)  # noise along x, y, z, over its root mean square
-CHANCE = 0.001  # that axes which are alike are taken to differ
 
 
 def axes_of(trial):
     """Three recordings like a Trial, of each coordinate alone."""
     return [replace(trial, position=np.where(np.arange(3) == axis, trial.position, np.nan)) for axis in range(3)]
+
+
+def of_measured(along, trials):
+    """(sigmas along x, y, z over their root mean square on the axes that Trials show, that root mean square); 1 on the others."""
+    seen = np.any([np.isfinite(trial.position).any(axis=0) for trial in trials], axis=0)
+    if along == ALIKE or not seen.any():
+        return along, 1.0
+    size = float(np.sqrt(np.mean(np.square(along)[seen])))
+    return tuple(np.where(seen, np.divide(along, size), 1.0).tolist()), size
 
 
 def made_alike(trial, along):
@@ -29,7 +38,7 @@ def unlike(noises, rounding):
     if len(known) < 2 or rounding > FINE * sigmas.min():
         return ALIKE
     sizes, weights = np.log(sigmas), 1 / np.array([noise.covariance[0, 0] for noise in known.values()])
-    if weights @ (sizes - np.average(sizes, weights=weights)) ** 2 < special.chdtri(len(known) - 1, CHANCE):
+    if not weights @ (sizes - np.average(sizes, weights=weights)) ** 2 > special.chdtri(len(known) - 1, UNLIKELY):
         return ALIKE
     along = np.ones(3)
     along[list(known)] = sigmas / np.sqrt(np.mean(sigmas**2))

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import special
 
-from hlcs.data.quantities import CHANNELS, INPUTS, have_unit
+from hlcs.data.quantities import CHANNELS, INPUTS, UNLIKELY, have_unit
 from hlcs.report.words import joined
 from hlcs.report.words import share as told_share
 
@@ -15,7 +15,6 @@ MOST = 0.9  # share of what is more than noise that a few recordings must hold t
 NAMED = 4  # recordings that are named one by one; of more the count is told
 ALIKE = 0.3  # correlation of neighbouring residuals from which they are said to drift
 CYCLES = 3.0  # that a recording must hold of a period: fewer are a drift
-AS_HIGH = 0.001  # chance that noise holds as much of a pattern, or a swing as high, whatever its frequency
 MOST_FREQUENCIES = 2000
 WORDS = {"time": "time", "height": "height", "speed": "speed", "input": "the main input", "layer": "the layer"}
 
@@ -34,7 +33,7 @@ class Spectrum(NamedTuple):
     @property
     def hides_a_period(self):
         """Is the peak more than chance, and no end of a slow drift?"""
-        return self.p < AS_HIGH and self.peak >= self.slowest
+        return self.p < UNLIKELY and self.peak >= self.slowest
 
 
 def spectrum(table):
@@ -87,9 +86,9 @@ def common_pattern(table):
     """(variable, share): the variable that residuals go with most in all recordings alike, and what share of their mean square
     its bins hold beyond what chance puts there; None where there is none."""
     angles_alone = "time" in table and have_unit(table["channel"], "rad").all()
-    variables = ("time",) if angles_alone else ("time", "height", "speed", "layer", "input")
-    known = [name for name in variables if name in table]
-    found = [(name, _binned(table, name)) for name in known]
+    inputs = [name for name in table if name in INPUTS] or ["input"]
+    variables = ["time"] if angles_alone else ["time", "height", "speed", "layer", *inputs]
+    found = [(name, _binned(table, name)) for name in variables if name in table]
     return max(found, key=lambda each: each[1], default=None)
 
 
@@ -97,12 +96,12 @@ def _binned(table, name):
     """Share of the mean square of residuals that the means of bins of a variable hold, channel by channel, less chance."""
     values = np.asarray(table[name], float)
     edges = np.unique(np.quantile(values, np.linspace(0, 1, BINS + 1)[1:-1]))
-    return _held_by_means(np.asarray(table["channel"]) * (BINS + 1) + np.searchsorted(edges, values), table["sigmas"])
+    return _held_by_means(np.asarray(table["channel"]) * (BINS + 1) + np.searchsorted(edges, values), table)
 
 
 def own_offset(table):
     """Share of the mean square of residuals that one offset of each recording and channel holds, less chance [-]."""
-    return _held_by_means(table["trial"] * len(CHANNELS) + table["channel"], table["sigmas"])
+    return _held_by_means(table["trial"] * len(CHANNELS) + table["channel"], table)
 
 
 def _by_setting(table):
@@ -111,43 +110,56 @@ def _by_setting(table):
     if not inputs:
         return 0.0
     _, label = np.unique(np.column_stack(inputs), axis=0, return_inverse=True)
-    return _held_by_means(label.reshape(-1), table["sigmas"])
+    return _held_by_means(label.reshape(-1), table)
 
 
-def _held_by_means(label, white):
-    """Share of the mean square of white residuals (n,) that the mean of each label (n,) holds, less chance; 0 where chance alone
-    may do as much (F test) [-]."""
+def _held_by_means(label, table):
+    """Share of the mean square of residuals that the mean of each label (n,) holds, less chance; 0 where chance alone may do as
+    much to white ones (F test) [-]."""
     _, index, counts = np.unique(label, return_inverse=True, return_counts=True)
-    means, freedom = np.bincount(index, white) / counts, len(white) - len(counts)
-    total = float(np.sum(white**2))
-    if freedom <= 0 or total <= 0:
+    freedom = len(index) - len(counts)
+
+    def within(residuals):
+        """Part of the sum of squares that the means leave."""
+        means, total = np.bincount(index, residuals) / counts, float(np.sum(residuals**2))
+        return max(float(np.sum((residuals - means[index]) ** 2)) / total, 1e-12) if total > 0 else 1.0
+
+    beside = within(_white(table)) if freedom > 0 else 1.0
+    if special.fdtrc(len(counts), max(freedom, 1), (1 / beside - 1) * freedom / len(counts)) > UNLIKELY:
         return 0.0
-    within = max(float(np.sum((white - means[index]) ** 2)), 1e-12 * total)
-    if special.fdtrc(len(counts), freedom, (total / within - 1) * freedom / len(counts)) > AS_HIGH:
-        return 0.0
-    return max(0.0, 1 - within / total * len(white) / freedom)
+    return max(0.0, 1 - within(table["sigmas"]) * len(index) / freedom)
+
+
+def _white(table):
+    """The white residuals of a table of observations (n,); those in sigmas where nothing correlates them."""
+    return table.get("white", table["sigmas"])
 
 
 def neighbours(table):
     """Correlation of each white residual with the next one of its recording and channel [-]."""
-    chain, white = table["trial"] * len(CHANNELS) + table["channel"], table.get("white", table["sigmas"])
+    chain, white = table["trial"] * len(CHANNELS) + table["channel"], _white(table)
     pairs = chain[1:] == chain[:-1]
     here, following = white[:-1][pairs], white[1:][pairs]
     return float(here @ following / max(np.sqrt((here @ here) * (following @ following)), 1e-300))
 
 
 def few_recordings(table):
-    """(indices of the recordings, share) that hold MOST of what is more than noise, where these are at most half of all; None
-    where it is spread over more, or there is no more than noise."""
-    trials = np.unique(table["trial"])
-    white = table.get("white", table["sigmas"])
-    excess = np.array([float(np.sum(white[table["trial"] == trial] ** 2 - 1)) for trial in trials])
-    order, more = np.argsort(-excess, kind="stable"), float(np.sum(np.maximum(excess, 0.0)))
-    if more <= 3 * np.sqrt(2 * len(white)):  # standard deviations of what noise leaves
+    """(indices of the recordings, share) that hold MOST of what is more than noise, where these are at most half of all, and each
+    of them holds more a sample than the others by more than chance (F test); None where it is spread over more, or there is no
+    more than noise."""
+    trials, index, counts = np.unique(table["trial"], return_inverse=True, return_counts=True)
+    squares = np.bincount(index, _white(table) ** 2)
+    order, more = np.argsort(-squares / counts, kind="stable"), float(np.sum(squares - counts))
+    if not (special.chdtrc(len(index), squares.sum()) < UNLIKELY and more < np.inf):
         return None
-    held = np.cumsum(excess[order]) / more
-    count = int(np.argmax(held >= MOST)) + 1
-    return (trials[np.sort(order[:count])], float(held[count - 1])) if 2 * count <= len(trials) else None
+    held = np.cumsum((squares - counts)[order]) / more
+    few, others = np.split(order, [int(np.argmax(held >= MOST)) + 1])
+    if len(few) > len(others):
+        return None
+    rest = counts[others].sum()
+    ratio = squares[few] / counts[few] / max(squares[others].sum() / rest, 1e-300)
+    apart = special.fdtrc(counts[few], rest, ratio) < UNLIKELY / len(trials)
+    return (trials[np.sort(few)], min(float(held[len(few) - 1]), 1.0)) if apart.all() else None
 
 
 def likeness(table, channels=(), units=(), trials=()):
@@ -218,7 +230,7 @@ def _unswinging(table):
     if common and common[1] > SHOWN:
         alike = "recordings" if "time" in table else "sets" if "layer" in table else "groups"
         together = f" in the same way in all {alike}" if len(np.unique(table["trial"])) > 1 else ""
-        return f"{100 * common[1]:.0f} % of it goes with {WORDS[common[0]]}{together}"
+        return f"{100 * common[1]:.0f} % of it goes with {WORDS.get(*2 * common[:1])}{together}"
     if "time" not in table:
         if _by_setting(table) > SHOWN:
             return "it goes with the settings of the rows, and not with one input alone: rows of equal inputs miss alike"

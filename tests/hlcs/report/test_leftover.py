@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from planted import NOISE, table
 
-from hlcs.report.leftover import common_pattern, likeness, neighbours, own_offset, spectra, spectrum
+from hlcs.report.leftover import common_pattern, few_recordings, likeness, neighbours, own_offset, spectra, spectrum
 
 TIMES = np.arange(200) / 100
 
@@ -48,7 +48,8 @@ def test_a_drift_is_no_period(generator):
 def test_what_is_of_each_recording_alone_is_told_apart(generator):
     found = noisy(generator)
     offsets = np.repeat([3.0, -3.0, 2.0, -2.0], len(TIMES))
-    moved = found | {name: found[name] + offsets * (NOISE if name == "residual" else 1.0) for name in ("residual", "sigmas")}
+    by = {"residual": NOISE * offsets, "sigmas": offsets, "white": offsets}
+    moved = found | {name: found[name] + part for name, part in by.items()}
     assert own_offset(moved) > 0.7 and "an offset that each recording has of its own" in likeness(moved)
 
 
@@ -74,6 +75,43 @@ def test_what_is_left_in_few_of_the_recordings_names_these(generator):
         moved_by = {"residual": NOISE * step, "sigmas": step, "white": step}
         assert told in likeness(found | {name: found[name] + by for name, by in moved_by.items()}, trials=names)
     assert "alone" not in likeness(noisy(generator), trials=names)
+
+
+@pytest.mark.parametrize("trials, more", [(2, 2.0), (10, 1.2), (40, 1.0), (40, 1.05), (80, 1.1)])
+def test_recordings_that_all_miss_alike_are_not_told_apart(generator, trials, more):
+    """The level is one in a thousand: of 100 tables of white residuals whose variance is `more` in all recordings two at most."""
+    told = 0
+    for _ in range(100):
+        white = np.sqrt(more) * generator.standard_normal(60 * trials)
+        told += few_recordings({"trial": np.repeat(np.arange(trials), 60), "white": white, "sigmas": white}) is not None
+    assert told <= 2
+
+
+def test_a_long_recording_that_misses_as_a_short_one_does_is_not_named(generator):
+    """Twice the variance of the noise in both, 1,000 and 50 samples: the long one holds 95 % of it, and is not different."""
+    white = np.sqrt(2) * generator.standard_normal(1050)
+    assert few_recordings({"trial": np.repeat([0, 1], [1000, 50]), "white": white, "sigmas": white}) is None
+
+
+def test_noise_that_is_correlated_is_no_offset_of_its_own(generator):
+    """Of 50 tables of 10 recordings of AR(1) noise, rho = 0.9, whitened as it is, one at most; told by sigmas alone most were."""
+    told = 0
+    for _ in range(50):
+        white = generator.standard_normal((10, 40))
+        sigmas = white.copy()
+        for k in range(1, 40):
+            sigmas[:, k] = 0.9 * sigmas[:, k - 1] + np.sqrt(1 - 0.9**2) * white[:, k]
+        trial, channel = np.repeat(np.arange(10), 40), np.zeros(400, int)
+        told += own_offset({"trial": trial, "channel": channel, "white": white.ravel(), "sigmas": sigmas.ravel()}) > 0
+    assert told <= 1
+
+
+def test_an_input_that_is_not_the_main_one_is_named(generator):
+    """Three heights, two masses, a misfit of the heavy ones alone."""
+    height, mass = np.repeat([1.0, 2.0, 3.0], 12), np.tile([0.1, 0.2], 18)
+    sigmas = np.where(mass > 0.15, 3.0, -3.0) + generator.standard_normal(36)
+    rows = {"trial": np.zeros(36, int), "channel": np.zeros(36, int), "input": height, "sigmas": sigmas, "residual": sigmas}
+    assert "goes with mass_kg" in likeness(rows | {"height_m": height, "mass_kg": mass})
 
 
 def test_too_few_samples_have_no_spectrum(generator):
