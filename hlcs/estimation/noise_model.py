@@ -10,7 +10,7 @@ from hlcs.data.quantities import CHANNEL_UNITS, CHANNELS
 from hlcs.data.rounded_readings import reading_step
 from hlcs.estimation.correlated_noise import LEAST_CERTAIN, MOST_WHITE, CorrelatedNoise, excess_deviance, fit_correlated_noise
 from hlcs.estimation.least_squares import basis, project_out
-from hlcs.estimation.noise_by_axis import ALIKE, axes_of, made_alike, unlike
+from hlcs.estimation.noise_by_axis import ALIKE, axes_of, made_alike, of_measured, unlike
 from hlcs.estimation.outliers import NO_TAIL, Tail, isolated_outliers, scatter_of, spread_of, tail_of
 from hlcs.estimation.rounding import COARSE, FINE, before_rounding, lattice_of, noise_below_the_step, rounded, step_of
 from hlcs.estimation.whitening import kalman_filter, whitening_of
@@ -48,9 +48,14 @@ class Noise:
         return rounded(self.positions, step_of(self.lattice)).sigma if self.positions else None
 
     @property
+    def of_axes(self):
+        """One sigma of a reading of x, y, z (3,) [m], None = unknown."""
+        return np.array([self.reading(k).sigma for k in range(3)]) if self.positions else None
+
+    @property
     def by_axis(self):
-        """One sigma of a reading of x, y, z (3,) [m]; None where they are alike, or unknown."""
-        return None if self.along == ALIKE or not self.positions else np.array([self.reading(k).sigma for k in range(3)])
+        """The same; None where they are alike, or unknown."""
+        return None if self.along == ALIKE else self.of_axes
 
     def towards(self, direction):
         """One sigma of a reading of a position along a direction, a unit vector (3,) [m]; None = unknown."""
@@ -113,7 +118,8 @@ def estimate_noise(measurement):
     trials, stated, notes = measurement.trials, measurement.file.noise, []
     step = float(np.median(np.concatenate([np.diff(trial.times) for trial in trials])))
     lattice, static = lattice_of(trials, measurement.static), measurement.static
-    along = measurement.file.noise_along
+    along, size = of_measured(measurement.file.noise_along, trials)
+    stated = {what: sigma * (size if what == "position" else 1.0) for what, sigma in stated.items()}
     if static is not None and "position" not in stated:
         along = unlike((_from_static(each, step, "position", NO_STEPS, None)[0] for each in axes_of(static)), step_of(lattice))
     trials, static = [made_alike(trial, along) for trial in trials], static and made_alike(static, along)

@@ -63,15 +63,17 @@ class Problem:
 
     @property
     def noise_level(self):
-        """Noise of the channel that errors are told in [unit of the problem]."""
-        return self.noise.of_unit(self.unit)
+        """Noise of the observations that errors are told of, root mean square [unit of the problem]; None = unknown."""
+        known = [recording.whitening.sigma[have_unit(recording.channel, self.unit)] for recording in self.recordings]
+        sigmas = np.concatenate(known)
+        return float(np.sqrt(np.mean(sigmas**2))) if len(sigmas) else self.noise.of_unit(self.unit)
 
     def error(self, white):
         """RMS over the observations that have the unit of the problem, in that unit, of white residuals, list of (n_i,)."""
-        known = zip(self.recordings, self.in_sigmas(white), strict=True)
-        parts = [part[have_unit(recording.channel, self.unit)] for recording, part in known]
+        known = zip(self.recordings, white, strict=True)
+        parts = [colour(recording.whitening, part)[have_unit(recording.channel, self.unit)] for recording, part in known]
         total, count = sum(float(np.sum(part**2)) for part in parts), sum(map(len, parts))
-        return float(self.noise_level * np.sqrt(total / max(count, 1)))
+        return float(np.sqrt(total / max(count, 1)))
 
     # --- derivatives ----------------------------------------------------------------------------------------------------------
 

@@ -226,7 +226,7 @@ def part_of(trial, begin, end):
 
 def without_rest(trial, noise):
     """(recording without the tail at rest beyond REST, sentences saying so)."""
-    sigma = noise.position if noise.by_axis is None else noise.by_axis
+    sigma = noise.of_axes
     if sigma is None or not np.isfinite(trial.position).any():
         return trial, []
     far = np.zeros(len(trial.times))

@@ -71,7 +71,7 @@ class Experiment:
         frames, dictionaries of arrays or lists, structured arrays; body, surroundings, noise: as in an experiment file; static:
         frame of a body at rest; trials: what stands beside each frame, [{"group": .., "start": ..}, ..]; kind; title; sections:
         others of an experiment file (model, diagnose, measurement, placement), as dictionaries. Raises InputError as `read`,
-        where a frame is called "frame 1" and its row 1 names the columns.
+        where a frame is called "frame 1" and its rows are numbered by its index.
         """
         texts = [csv_of(frame, f"frame {k}") for k, frame in enumerate(frames_in(frames), start=1)]
         tables, measurement = {text.name: text for text in texts}, _measurement(sections, noise, static)

@@ -41,7 +41,11 @@ def noise_shown(problem, fit, shown, judge, file):
     value = f"{shown.sigma:.2g}" if along is None else f"[{', '.join(f'{size:.2g}' for size in along)}]"
     stated, remedy = shown.key in file.noise, f"{file.place('measurement.noise')}, {shown.key} = {value}"
     seen = sorted({int(channel) for recording in problem.recordings for channel in np.unique(recording.channel) if channel < 3})
-    more = {} if along is None else {"along": {CHANNELS[channel]: float(along[channel]) for channel in seen}}
+    same = along is not None and shown.noise.along == problem.noise.along  # as unlike as was known: it is only too small
+    of_axes = {"along": along, "known_along": problem.noise.by_axis if same else None}
+    more = {
+        name: {CHANNELS[axis]: float(sigmas[axis]) for axis in seen} for name, sigmas in of_axes.items() if sigmas is not None
+    }
     return more | {
         "sigma": shown.sigma,
         "known": problem.noise.of_unit(shown.unit),

@@ -255,8 +255,8 @@ def _instead(diagnosis):
     parts, experiment = [], diagnosis.experiment
     instead = "Or instead, in place of effects, added and replaced there:" if diagnosis.mended else "Or instead of these lines:"
     for number, entries in enumerate(diagnosis.alternatives):
-        if number == MOST_INSTEAD:
-            left = len(diagnosis.alternatives) - number
+        left = len(diagnosis.alternatives) - number
+        if number >= MOST_INSTEAD and left > 1:
             parts.append(f"Or, in the same way, what one of {left} more sets that are told above holds.")
             break
         if not entries:

@@ -176,7 +176,7 @@ def samples_held(trial, noise, lies=False):
     near = min(looked[::step], key=rested)
     best = min((k for k in looked if abs(k - near) < step), key=rested)
     rest = trial.position[: there[best]]  # a throw from the hand is no rest, though the fall from its top begins with one
-    seen, sigmas = np.isfinite(rest).any(axis=0), np.array([noise.reading(k).sigma for k in range(3)])
-    rest = (rest / sigmas)[:, seen]
+    seen = np.isfinite(rest).any(axis=0)
+    rest = (rest / noise.of_axes)[:, seen]
     still = np.all(np.abs(rest - np.nanmean(rest, axis=0))[np.isfinite(rest)] < STRAY)
     return int(there[best]) + 1 if still and left(times, [times]) - rested(best) > BEYOND_CHANCE else 0

@@ -51,6 +51,28 @@ def test_a_noise_that_is_stated_of_each_axis_weighs_each_as_it_is_known(tmp_path
     assert 1.0 < widths[0] / widths[1] < 1.6
 
 
+@pytest.mark.parametrize("columns, sigma", [(("x_m", "y_m", "z_m"), np.sqrt(24e-6)), (("x_m", "z_m"), 0.002)])
+def test_errors_and_noise_are_those_of_the_axes_that_are_measured(tmp_path, columns, sigma):
+    """In metres, whatever weighs an axis: 24 mm2 = (2^2 + 8^2 + 2^2)/3 of x, y, z, 2 mm of x and z; both verbs tell the error
+    of a model alike, to what the starts move it."""
+    path = write_throws(tmp_path, sigma=SIGMAS, noise=STATED, static=False, drag_per_metre=drag_per_metre(0.47))
+    for file in tmp_path.glob("throw_*.csv"):
+        lines = [line.split(",") for line in file.read_text().split()]
+        keep = [0, *(lines[0].index(name) for name in columns)]
+        file.write_text("\n".join(",".join(line[k] for k in keep) for line in lines) + "\n")
+    found = hlcs.diagnose(path, candidates=["quadratic_drag", "time_scale"])
+    before, after, told = hlcs.compare(path).error, hlcs.compare(path, found.model).error, found.error["fitted"]
+    assert [told["before"], told["after"]] == pytest.approx([before["rms"], after["rms"]], rel=1e-2)
+    assert told["noise"] == after["noise"] == pytest.approx(sigma, rel=2e-3)  # a sample may stand out
+
+
+def test_axes_that_are_as_unlike_as_stated_are_told_too_small_and_not_unlike(tmp_path):
+    path = write_throws(tmp_path, sigma=2 * SIGMAS, noise=STATED, static=False)
+    found = hlcs.compare(path)
+    assert list(found.noise_shown["known_along"].values()) == pytest.approx(SIGMAS)
+    assert "too small: it is 2 mm, 8 mm and 2 mm along x, y and z" in str(found).replace("\n", " ")
+
+
 @pytest.mark.parametrize("value", ["[0.002, 0.008]", '[0.002, "y", 0.002]', "[0.002, 0.0, 0.002]", "[0.002, -0.008, 0.002]"])
 def test_a_noise_by_axis_is_three_positive_numbers(tmp_path, value):
     path = write_throws(tmp_path, static=False, noise=f"noise = {{ position = {value} }}\n")
