@@ -11,6 +11,7 @@ import numpy as np
 from hlcs.data.frames import csv_of
 from hlcs.data.free_falls import check_free
 from hlcs.data.quantities import INPUTS, OUTCOMES
+from hlcs.data.recordings import COLUMNS
 from hlcs.data.rounded_readings import reading_step
 from hlcs.files.csv_files import CsvLayout, CsvText, read_csv
 from minibullet.errors import InputError, how_many
@@ -86,7 +87,8 @@ def _not_measured(table, errors):
 def read_table(path):
     """An OutcomeTable from a CSV, a Path or a CsvText, of inputs and one outcome column."""
     errors = {f"{name}{SD}": name for name in INPUTS}
-    read = read_csv(path, CsvLayout((*INPUTS, *errors, "group", *OUTCOMES), words=("group",), imported=True))
+    of_table, of_recordings = (*INPUTS, *errors, "group", *OUTCOMES), 'a recording, kind = "trajectory"'
+    read = read_csv(path, CsvLayout(of_table, words=("group",), imported=True, elsewhere=COLUMNS, where=of_recordings))
     columns, rows = read.columns, read.rows
     outcomes = [name for name in columns if name in OUTCOMES]
     if len(outcomes) != 1:

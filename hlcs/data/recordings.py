@@ -13,7 +13,7 @@ import numpy as np
 from hlcs.data import starts, validation
 from hlcs.data.accelerometers import check_accelerations
 from hlcs.data.experiment_file import OF_RECORDINGS, Body, ExperimentFile, Surroundings
-from hlcs.data.quantities import CHANNEL_UNITS, CHANNELS
+from hlcs.data.quantities import CHANNEL_UNITS, CHANNELS, INPUTS, OUTCOMES
 from hlcs.files.csv_files import MOST_ROWS, CsvLayout, read_csv
 from minibullet.errors import InputError, InputWarning, how_many
 
@@ -190,7 +190,15 @@ def read_recording(path, pixel=None, accelerometer=None, at_rest=False):
     along which it reads; None = the file states none, and such columns are refused; at_rest: it is to tell the noise.
     """
     optional = COLUMNS[1:] + PIXELS + ACCELERATIONS
-    table = in_metres(read_csv(path, CsvLayout(("t_s", *optional), ("t_s",), blank=optional, imported=True)), pixel)
+    layout = CsvLayout(
+        ("t_s", *optional),
+        ("t_s",),
+        blank=optional,
+        imported=True,
+        elsewhere=(*INPUTS, *OUTCOMES),
+        where='a table, kind = "outcomes"',
+    )
+    table = in_metres(read_csv(path, layout), pixel)
     count, name = len(table.rows), table.name
     if len(table.columns) == 1:
         raise InputError(f"{name}: only times; at least one of {', '.join(COLUMNS[1:] + ACCELERATIONS)} is needed")

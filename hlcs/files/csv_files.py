@@ -60,6 +60,8 @@ class CsvLayout:
     others: bool = False  # pass over columns that are not known, in place of refusing them
     short: bool = False  # let rows leave out their last cells
     imported: bool = False  # does `hlcs import` write such files?
+    elsewhere: tuple[str, ...] = ()  # names of columns of files of another kind
+    where: str = ""  # which these are
 
 
 def read_csv(path, layout, name=None, most_rows=MOST_ROWS):
@@ -161,7 +163,8 @@ def _check_header(place, header, layout):
         if not name and not layout.others:
             raise InputError(f"{place}: column {number} has no name; is there a comma too many?")
         if name not in layout.known and not layout.others:
-            told = known_one(name, layout.known, "the nearest known column is")
+            known = known_one(name, layout.known, "the nearest known column is")
+            told = f"it stands in {layout.where}" if name in layout.elsewhere else known
             raise InputError(f"{place}: unknown column '{shown(name)}'; {told}")
         if name in layout.known and header.count(name) > 1:
             raise InputError(f"{place}: column '{name}' stands twice; keep one")

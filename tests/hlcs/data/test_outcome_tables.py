@@ -54,3 +54,9 @@ def test_an_input_of_a_table_has_the_bounds_of_the_file(tmp_path, columns, value
         hlcs.compare(tmp_path / "o.toml")
     for word in (*words, "o.csv, row 3"):
         assert word in str(problem.value)
+
+
+def test_a_column_of_recordings_in_a_table_is_told_to_be_one(tmp_path):
+    (tmp_path / "o.csv").write_text("z_m,fall_time_s\n1,0.45\n1,0.46\n2,0.64\n")
+    with pytest.raises(InputError, match="unknown column 'z_m'; it stands in a recording, kind = .trajectory."):
+        read_table(tmp_path / "o.csv")

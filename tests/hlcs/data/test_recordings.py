@@ -55,6 +55,7 @@ def test_bad_recordings_are_refused_by_row_and_column(tmp_path, csv, words):
         ("t_s,z_m\n0,1\n0.1," + "9" * 400 + "\n", ("row 3", "z_m", "not finite")),
         ("t_s,z_m\n0,1\n0.1," + "9" * 20_000 + "\n", ("row 3", "20,004 characters")),
         ("t_s,z_m" + ",x" * 3000 + "\n0,1\n", ("row 1", "unknown column 'x'")),
+        ("t_s,height_m\n0,1\n", ("row 1", "unknown column 'height_m'", 'it stands in a table, kind = "outcomes"')),
         ("t_s,z_m\n0,1\n0.1,\x1b[31m1\n", ("row 3", r"'\x1b[31m1' is not a number")),
         ("\x1b[2Jt_s,z_m\n0,1\n", ("row 1", r"\x1b[2Jt_s")),
         ("t_s,z_m\n" + "0,1\n" * 200_001, ("200,002 lines", "200,000 rows")),
