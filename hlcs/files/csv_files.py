@@ -163,8 +163,9 @@ def _check_header(place, header, layout):
         if not name and not layout.others:
             raise InputError(f"{place}: column {number} has no name; is there a comma too many?")
         if name not in layout.known and not layout.others:
-            known = known_one(name, layout.known, "the nearest known column is")
-            told = f"it stands in {layout.where}" if name in layout.elsewhere else known
+            told = f"it stands in {layout.where}"
+            if name not in layout.elsewhere:
+                told = known_one(name, layout.known, "the nearest known column is")
             raise InputError(f"{place}: unknown column '{shown(name)}'; {told}")
         if name in layout.known and header.count(name) > 1:
             raise InputError(f"{place}: column '{name}' stands twice; keep one")

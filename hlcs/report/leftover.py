@@ -230,7 +230,7 @@ def _unswinging(table):
     if common and common[1] > SHOWN:
         alike = "recordings" if "time" in table else "sets" if "layer" in table else "groups"
         together = f" in the same way in all {alike}" if len(np.unique(table["trial"])) > 1 else ""
-        return f"{100 * common[1]:.0f} % of it goes with {WORDS.get(*2 * common[:1])}{together}"
+        return f"{100 * common[1]:.0f} % of it goes with {WORDS.get(common[0], common[0])}{together}"
     if "time" not in table:
         if _by_setting(table) > SHOWN:
             return "it goes with the settings of the rows, and not with one input alone: rows of equal inputs miss alike"
