@@ -71,8 +71,9 @@ def local_gravity(diagnosis):
     if not falls.keys() <= alone.keys():
         return []  # a length is known, or nothing falls freely
     needed = [stated * (alone[name][name]["factor"] or np.nan) ** power for name, power in falls.items()]  # None: withheld
-    if not all(AT_THE_EQUATOR - CLOSE < each < AT_THE_POLES + CLOSE for each in needed):
-        return []
+    on_earth = all(AT_THE_EQUATOR - CLOSE < each < AT_THE_POLES + CLOSE for each in needed)
+    if not (on_earth and abs(needed[0] - needed[1]) < CLOSE):
+        return []  # the two need different ones where more than gravity acts
     return [
         f"A gravity of {needed[0]:.4g} m/s2 in place of {stated:g} does the same: at sea level it is {AT_THE_EQUATOR:.3f} at the "
         f"equator and {AT_THE_POLES:.3f} at the poles, less on mountains. State that of your place as surroundings.gravity."
