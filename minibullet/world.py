@@ -13,7 +13,7 @@ from minibullet.collision.warm_start import NO_CONTACTS, WarmStart
 from minibullet.contact import exact, gauss_seidel, sequential_impulse
 from minibullet.contact import problem as problems
 from minibullet.contact.islands import find_islands
-from minibullet.dynamics import constraints, depenetration, impacts, integrate, motion_bounds
+from minibullet.dynamics import constraints, depenetration, impacts, integrate, motion_bounds, seen_by_laws
 from minibullet.dynamics.free_motion import free_motion
 from minibullet.dynamics.inverse_mass import inverse_mass
 from minibullet.errors import InputError, is_number, shown_value
@@ -211,7 +211,8 @@ class World(Display):
         law = ContactLaw(friction, scene.pair_value(scene.restitution, pair, self.settings.restitution), none, none, none)
         if not effect_room.changes_contact_law(self._acting):
             return law
-        contacts = constraints.describe(before, pair, points.arms, points.gap, factors, points.impulse, self.settings.time_step)
+        dt = self.settings.time_step
+        contacts = seen_by_laws.describe(before, pair, points.arms, points.gap, factors, points.impulse, dt)
         return effect_room.contact_law(self._acting, contacts, before, law)
 
     def _solve(self, problem, impulse):

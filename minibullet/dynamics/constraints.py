@@ -3,9 +3,8 @@ adhesion."""
 
 import numpy as np
 
-from minibullet.bodies import Contacts
 from minibullet.contact.faces import FLAT, attainable
-from minibullet.contact.problem import ContactProblem, DelassusFactors, apply_impulses, into_axes, into_world, relative_velocity
+from minibullet.contact.problem import ContactProblem, DelassusFactors, apply_impulses
 from minibullet.kernels import kernel, leaf
 from minibullet.vectors import cross
 
@@ -57,20 +56,6 @@ def contact_factors(bodies, arms, inverse_mass):
                         value += row[d] * twist[d] + row[3 + d] * twist[3 + d]
                 block[c, i, k] = value
     return DelassusFactors(bodies, inverse_mass, jacobian, inverse_mass_jacobian, block)
-
-
-def describe(bodies, pair, arms, gap, factors, impulse, time_step):
-    """The Contacts record of a step; ``impulse`` (m, 3) is last step's, world axes."""
-    normal = arms[:, 6:9]
-    return Contacts(
-        pair[:, 0],
-        pair[:, 1],
-        bodies.position[pair[:, 0]] + arms[:, :3],
-        normal,
-        gap,
-        into_world(factors.jacobian, relative_velocity(factors, bodies.twist)),
-        into_axes(factors.jacobian, impulse)[:, 0] / time_step,
-    )
 
 
 def assemble(contacts, law, free_twist, room, rounding, reference_mass, time_step):

@@ -17,7 +17,7 @@ from minibullet.contact import problem
 from minibullet.contact.gauss_seidel import Solution
 from minibullet.contact.problem import ContactProblem
 from minibullet.contact.residual import natural_map_error
-from minibullet.dynamics import constraints
+from minibullet.dynamics import seen_by_laws
 from minibullet.effects.contract import name_of
 from minibullet.values import table
 
@@ -57,7 +57,7 @@ class Step:
     def contacts(self):
         """The Contacts record of the step: who touched whom when it began."""
         points, factors = self.points, self.problem.factors
-        return constraints.describe(self.before, points.bodies, points.arms, points.gap, factors, points.impulse, self.time_step)
+        return seen_by_laws.describe(self.before, points.bodies, points.arms, points.gap, factors, points.impulse, self.time_step)
 
     @property
     def impulse(self):
