@@ -178,10 +178,10 @@ class World(Display):
         gap, size = points.gap, scene.contact_size(points.bodies)
         factors = constraints.contact_factors(points.bodies, points.arms, inverse)
         self._notices.look(self, points.bodies, gap, size, motion_bound, zip(self._acting, wrenches, strict=True), inverse)
-        law = self._law(scene, before, points, factors)
+        law = self._law(scene, before, free_twist, points, factors)
 
         # impacts with restitution first, each at its own moment, and what acts otherwise after them; then the resting contacts
-        linked = find_islands(points.bodies, scene.moving)
+        linked, untouched = find_islands(points.bodies, scene.moving), free_twist
         contacts = impacts.ImpactContacts(factors, gap, size, law.restitution, law.friction, *linked)
         impact_impulse, jump, correction, room = impacts.impact_impulses(contacts, scene.moving, before.twist, free_twist, dt)
         if np.count_nonzero(jump):
@@ -201,18 +201,17 @@ class World(Display):
         )
         motion += depenetration.undo_overlap(problem, gap, size, dt)
         after = integrate.integrate(before, motion, solution.twist, torque_free_rate, dt)
-        values = StepValues(before, after, wrenches, points, law, problem, solution, impact_impulse)
+        values = StepValues(before, after, wrenches, untouched, points, law, problem, solution, impact_impulse)
         self._finish(scene, motion, values)
 
-    def _law(self, scene, before, points, factors):
+    def _law(self, scene, before, free_twist, points, factors):
         """The law at each contact: what the bodies say, changed by the effects that speak of contacts."""
         pair, none = points.bodies, np.zeros(len(points.gap))
         friction = scene.pair_value(scene.friction, pair, self.settings.friction)
         law = ContactLaw(friction, scene.pair_value(scene.restitution, pair, self.settings.restitution), none, none, none)
         if not effect_room.changes_contact_law(self._acting):
             return law
-        dt = self.settings.time_step
-        contacts = seen_by_laws.describe(before, pair, points.arms, points.gap, factors, points.impulse, dt)
+        contacts = seen_by_laws.describe(before, free_twist, points, factors, self.settings.time_step)
         return effect_room.contact_law(self._acting, contacts, before, law)
 
     def _solve(self, problem, impulse):

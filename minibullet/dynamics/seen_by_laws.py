@@ -1,18 +1,34 @@
 """What the laws of contact see of the contacts of a step, before it is solved."""
 
+import numpy as np
+
 from minibullet.bodies import Contacts
 from minibullet.contact.problem import into_axes, into_world, relative_velocity
+from minibullet.dynamics.impacts import first_touch
+from minibullet.kernels import kernel
 
 
-def describe(bodies, pair, arms, gap, factors, impulse, time_step):
-    """The Contacts record of a step; ``impulse`` (m, 3) is last step's, world axes."""
-    normal = arms[:, 6:9]
+def describe(bodies, free_twist, points, factors, time_step):
+    """The Contacts record of a step. ``free_twist`` (n, 6) is the twist at its end if nothing touched: laws of impact hold with
+    the velocity of the moment of contact, not with that of the step before it."""
+    begin, end = relative_velocity(factors, bodies.twist), relative_velocity(factors, free_twist)
+    share = touch_moments(points.gap, begin[:, 0], (end[:, 0] - begin[:, 0]) / time_step, time_step)[:, None] / time_step
     return Contacts(
-        pair[:, 0],
-        pair[:, 1],
-        bodies.position[pair[:, 0]] + arms[:, :3],
-        normal,
-        gap,
-        into_world(factors.jacobian, relative_velocity(factors, bodies.twist)),
-        into_axes(factors.jacobian, impulse)[:, 0] / time_step,
+        points.bodies[:, 0],
+        points.bodies[:, 1],
+        bodies.position[points.bodies[:, 0]] + points.arms[:, :3],
+        points.arms[:, 6:9],
+        points.gap,
+        into_world(factors.jacobian, begin + share * (end - begin)),
+        into_axes(factors.jacobian, points.impulse)[:, 0] / time_step,
     )
+
+
+@kernel
+def touch_moments(gap, rate, acceleration, time_step):
+    """Time of the step at which each contact first touches, 0 where it does not [s], (m,)."""
+    moments = np.zeros(len(gap))
+    for c in range(len(gap)):
+        moment = first_touch(gap[c], rate[c], acceleration[c], 0.0, time_step)
+        moments[c] = moment if moment < np.inf else 0.0
+    return moments

@@ -30,6 +30,7 @@ class StepValues(NamedTuple):
     before: Bodies  # when the step began
     after: Bodies  # when it ended
     wrenches: tuple  # one (n, 6) array per effect, world frame [N, N m]
+    untouched: np.ndarray  # twist at the end if nothing touched [m/s, rad/s], (n, 6)
     points: ContactPoints  # who touched whom, and where, when the step began
     law: ContactLaw  # what holds at each of these contacts
     problem: ContactProblem
@@ -43,8 +44,8 @@ class Step:
     def __init__(self, world, values):
         self.step, self.time, self.time_step = world.steps, world.time, world.settings.time_step
         self.effects, self.names, self.tolerance = world.effects, tuple(world.registry.scene.names), world.settings.tolerance
-        self.before, self.after, self.wrenches, self.points, self.law = values[:5]
-        self.problem, self.solution, self.impact_impulse = values[5:]
+        self.before, self.after, self.wrenches, self._untouched, self.points = values[:5]
+        self.law, self.problem, self.solution, self.impact_impulse = values[5:]
         self.residual, self.iterations = self.solution.residual, self.solution.iterations
         self.converged = self.solution.residual <= world.settings.tolerance
         self.fcl_calls = world.registry.scene.collision.calls
@@ -55,9 +56,8 @@ class Step:
 
     @cached_property
     def contacts(self):
-        """The Contacts record of the step: who touched whom when it began."""
-        points, factors = self.points, self.problem.factors
-        return seen_by_laws.describe(self.before, points.bodies, points.arms, points.gap, factors, points.impulse, self.time_step)
+        """The Contacts record of the step, as effects saw it."""
+        return seen_by_laws.describe(self.before, self._untouched, self.points, self.problem.factors, self.time_step)
 
     @property
     def impulse(self):

@@ -10,6 +10,7 @@ import pytest
 import small_worlds as sw
 
 import minibullet as mb
+from minibullet import effects
 
 
 def rebound_peaks(restitution, time_step, count):
@@ -195,3 +196,18 @@ def test_case_21_cradle_passes_the_speed_on_to_the_last_ball(record_case):
     speeds = np.array([ball.velocity[0] for ball in balls])
     record_case(21, "Newton's cradle: energy", speeds @ speeds - 1, 1e-9, peer="7.5 % (dt 1e-3)")
     record_case(21, "Newton's cradle: speeds", np.abs(speeds - (0, 0, 0, 0, 1)).max(), 1e-9, "m/s", peer="0.04 (dt 1e-3)")
+
+
+@pytest.mark.parametrize("height", [0.02, 0.2, 1.0])
+def test_a_restitution_that_depends_on_speed_is_that_of_the_moment_of_impact(height):
+    """v' = e_1 v^(1 - k), wherever in the step of 1/240 s the ball strikes; to the rounding of some hundred steps."""
+    for share in np.linspace(0.0, 1.0, 7):
+        gap = height * (1 + 0.1 * share)
+        world = sw.make(restitution=0.75, effects=[effects.VelocityDependentRestitution(exponent=0.5)])
+        world.add_plane()
+        ball = world.add(mb.Sphere(0.1), mass=1.0, position=(0, 0, gap + 0.1))
+        while ball.velocity[2] <= 0:
+            world.step()
+        speed = np.sqrt(2 * sw.GRAVITY * gap)
+        found = np.sqrt(ball.velocity[2] ** 2 + 2 * sw.GRAVITY * (ball.position[2] - 0.1))
+        assert found == pytest.approx(min(0.75 * speed**-0.5, 1.0) * speed, rel=1e-9)
