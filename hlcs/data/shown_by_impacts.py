@@ -40,10 +40,11 @@ def differing_from_model(impacts, surroundings):
         value = max(value, 0.0)
         if abs(value - getattr(surroundings, name)) > 3 * error:
             candidates[name] = {"coefficient": min(value, 1.0) if name == "restitution" else value}
-        if name == "restitution" and (values > 0).all():
-            _, _, trend, trend_error = mean_and_trend(values, errors, speeds)
+        seen = values > 3 * errors  # an impact that ends in rest is no rebound, and tells no power
+        if name == "restitution" and seen.sum() >= LEAST:
+            _, _, trend, trend_error = mean_and_trend(values[seen], errors[seen], speeds[seen])
             if trend is not None and trend < -3 * trend_error:
-                exponent, _ = power_of_speed(values, errors, speeds)
+                exponent, _ = power_of_speed(values[seen], errors[seen], speeds[seen])
                 candidates["velocity_dependent_restitution"] = {"exponent": exponent, "threshold": 0.0}
     return candidates
 
@@ -51,7 +52,7 @@ def differing_from_model(impacts, surroundings):
 def power_of_speed(values, errors, speeds):
     """(exponent k, e_1) of restitutions e = e_1 v^-k that fall with the speed v [m/s] (n,)."""
     weights, heights, ways = (values / errors) ** 2, np.log(values), np.log(speeds)
-    exponent = float(np.clip(-np.polyfit(ways, heights, 1, w=values / errors)[0], 0.0, 0.3))
+    exponent = max(float(-np.polyfit(ways, heights, 1, w=values / errors)[0]), 0.0)
     return exponent, float(np.exp(weights @ (heights + exponent * ways) / weights.sum()))
 
 
@@ -64,7 +65,8 @@ def rebounds_shown(impacts, surroundings, drags):
     shown = differing_from_model(impacts, surroundings)
     power, found = shown.get("velocity_dependent_restitution"), []
     if power is not None:
-        readings = (np.array(column) for column in zip(*reliable(impacts, "restitution"), strict=True))
+        seen = [reading for reading in reliable(impacts, "restitution") if reading[0] > 3 * reading[1]]
+        readings = (np.array(column) for column in zip(*seen, strict=True))
         at_one = min(power_of_speed(*readings)[1], 1.0)
         found.append({"restitution": {"coefficient": at_one}, "velocity_dependent_restitution": power})
     rebounds = found or [{"restitution": shown["restitution"]}] if "restitution" in shown else found

@@ -208,6 +208,18 @@ def test_impacts_show_the_restitution_at_one_metre_a_second_beside_how_it_falls_
     assert shown["velocity_dependent_restitution"]["exponent"] == pytest.approx(0.05, abs=0.01)
 
 
+def test_an_impact_that_ends_in_rest_hides_no_power_of_speed(generator):
+    """e = 0.7 v^-0.4, steeper than any ball is known for, read to 0.005 at 1 to 4 m/s, and one impact that the body does not
+    leave: it is no rebound, and the other twenty tell the power and e_1 to 0.006."""
+    speeds = np.append(np.geomspace(1.0, 4.0, 20), 0.8)
+    read = np.append(0.7 * speeds[:-1] ** -0.4 + 0.005 * generator.standard_normal(20), -0.004)
+    told = {"restitution_error": 0.005, "friction": None, "friction_error": None}
+    impacts = [SimpleNamespace(restitution=e, speed=v, **told) for e, v in zip(read, speeds, strict=True)]
+    (shown,) = rebounds_shown(impacts, Surroundings(floor_height=0.0, restitution=0.7), {})
+    assert shown["velocity_dependent_restitution"]["exponent"] == pytest.approx(0.4, abs=4 * 0.006)
+    assert shown["restitution"]["coefficient"] == pytest.approx(0.7, abs=4 * 0.006)
+
+
 def test_a_sample_on_the_wrong_side_of_an_impact_moves_no_restitution():
     """At 60 pictures a second, noise 1 mm, e = 0.74, over 40 throws: every reading within four of its errors.
 
