@@ -9,7 +9,7 @@ def due(search, looked, best, promised, by_step):
     is nothing to explain, so where the best leaves less than half of the excess of those that were looked at. But first comes
     what is foreseen to explain half of what it leaves, if the error of the time step does not do so too.
 
-    promised: the least that a set is foreseen to cost; by_step: function fit -> chi2 that this error is worth.
+    promised: the least that a set may cost; by_step: function fit -> chi2 that this error is worth.
     """
     left = min(search.excess(search.fits[effects]) for effects in looked if effects in search.fits)
     now = search.excess(search.fits[best])
@@ -22,9 +22,10 @@ def renewed(search, begun):
     """The Search that begun(first=sets to be fitted first) begins on the changed data of a former one: with what did best there,
     and with what is simpler than that.
 
-    Through contacts, where the model under test costs a good part of the limit to look at, what was foreseen from it is taken
-    over: single samples and the step of time change little of that. Where it leaves less now, so does what was foreseen; where it
-    leaves more, these are samples that stood alone beside it, and no others need miss them.
+    Through contacts, where a look at a fit costs a good part of the limit, what was foreseen is taken over: single samples and
+    the step of time change little of that. Where the model under test leaves less now, so does what was foreseen from it; where
+    it leaves more, these are samples that stood alone beside it, and no others need miss them. Of what was foreseen from another
+    fit, sets that were fitted there are left out: those that did well are kept.
     """
     after = begun(first=[(search.fits[effects].model.numbers, search.fits[effects].initial_states) for effects in kept(search)])
     bare = frozenset()
@@ -35,7 +36,12 @@ def renewed(search, begun):
     after.implied, after.shown = search.implied, search.shown
     for effects, (proposal, parent) in search.foreseen.items():
         if parent is search.base:
-            after.foreseen[effects] = proposal._replace(cost=proposal.cost + moved), after.base
+            proposal = proposal._replace(cost=proposal.cost + moved)
+        elif effects not in search.fits:
+            proposal = proposal._replace(fall=misfit(search.base) - misfit(parent) + proposal.fall)
+        else:
+            continue
+        after.foreseen[effects] = proposal, after.base
     return after
 
 

@@ -111,7 +111,7 @@ class Search:
 
     def run(self, pause=None):
         """Expand and refit until no set is foreseen within reach of the best, or until Ctrl-C: what is fitted by then stays.
-        pause: function (best set, cost of the most promising one) that says to stop before that; `run` goes on from there."""
+        pause: function (best set, the least that one may cost) that says to stop before that; `run` goes on from there."""
         try:
             self._expand_and_refit(pause or (lambda best, promised: False))
         except KeyboardInterrupt:
@@ -153,7 +153,7 @@ class Search:
             promising = [each for each in self.open_proposals() if self.promising(*each, *known)]
             promising.sort(key=lambda each: (self.hoped(*each, *known), sorted(each[0].effects)))
             self.budget.left_out = len(promising)
-            if not promising or pause(best, promising[0][0].cost):
+            if not promising or pause(best, self.hoped(*promising[0], *known)):
                 break
             twice = max(promising[0][0].cost, 0.0) / HELPS  # what is foreseen to leave more comes later, if ever
             together = self.first_ones(self.parts_first([each for each in promising if each[0].cost <= twice], limit), promising)
