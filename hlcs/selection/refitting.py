@@ -13,6 +13,7 @@ def refit(search, proposal, parent, states=None):
     can be made. states: the initial states of a fit with the numbers of the proposal, where one was made before."""
     best, guess, seen, costs = None, search.problem.initial_guess(), [], []
     contact = search.problem.simulator.contact
+    valleys = any(search.candidates[name].valleys for name in proposal.effects)  # what foresees a set sees one: all are tried
     # through contacts a fit that nothing foresaw may yet find its way; elsewhere what it promises is seen from afar
     limited = np.isfinite(proposal.cost) or not contact
     limit = partial(search.limit, proposal.effects) if limited else None
@@ -41,7 +42,7 @@ def refit(search, proposal, parent, states=None):
         met = best and best.converged and best.cost + search.price(proposal.effects, best) < proposal.cost + EQUAL
         # in flight the states of a wrong model may lead to the wrong side of what acts: those that the data show come too
         shown = contact or any(np.array_equal(there, guess) for _, there in seen)
-        if again or met and shown or best and search.noise_alone(best):
+        if best and search.noise_alone(best) or (again or met and shown) and not valleys:
             break
     return best
 
@@ -55,6 +56,8 @@ def beginnings(search, proposal):
         if len(shared) == len(names) - 1:
             known = search.fits[neighbour].model.numbers
             seen.append({name: known.get(name, search.candidates[name].expected) for name in names})
+    for name in names:
+        seen += [proposal.numbers | {name: proposal.numbers[name] | valley} for valley in search.candidates[name].valleys]
     starts = {name: search.candidates[name].starts for name in names}
     for number in range(max(map(len, starts.values()))):
         seen.append({name: dict(some[number % len(some)]) for name, some in starts.items()})

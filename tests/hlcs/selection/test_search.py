@@ -16,6 +16,7 @@ from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.estimation.fitting import fit_at
 from hlcs.selection.prediction import Proposal
 from hlcs.selection.preview import HERE, misfit
+from hlcs.selection.refitting import refit
 from hlcs.selection.renewal import affordable, due, kept, renewed
 from hlcs.selection.search import Search
 from hlcs.selection.sets import FittedSets
@@ -301,6 +302,30 @@ def test_a_first_set_that_leaves_noise_alone_is_fitted_from_no_other_start(monke
     assert begun == [{"linear_drag": {"rate": 3.0}}] and search.noise_alone(search.fits[frozenset({"linear_drag"})])
 
 
+@pytest.mark.parametrize(("starts", "found"), [((), 1.0), ((0.5, 3.5), 4.0)])
+def test_a_law_that_names_several_starts_is_fitted_from_each_while_more_than_noise_is_left(starts, found):
+    """Slopes off by 1 + (r - 1)^2 up to r = 2, and by 4 - r from there on: two valleys, of which the first was foreseen, as good
+    as it is."""
+
+    class Valleys(Line):
+        def residuals(self, model, initial_states):
+            r = model.terms[0].numbers["rate"] if model.terms else 0.0
+            off = 1 + (r - 1) ** 2 if r < 2 else 4 - r
+            return [off * t - state[0] for t, state in zip(self.times, initial_states, strict=True)]
+
+        def linearise(self, model, initial_states, only=None):
+            linear = super().linearise(model, initial_states, only)
+            r = model.terms[0].numbers["rate"] if model.terms else 0.0
+            slope = 2 * (1 - r) if r < 2 else 1.0
+            return replace(linear, parameter_columns=[slope * part for part in linear.parameter_columns])
+
+    problem = Valleys(TIMES, TIMES, 0.1)
+    law = replace(RATE, free=(replace(RATE.free[0], starts=starts),))
+    search = Search(problem, [law], problem.fit(Model()))
+    fit = refit(search, Proposal(1e9, frozenset({"linear_drag"}), {"linear_drag": {"rate": 0.9}}), search.base)
+    assert fit.estimate[0] == pytest.approx(found, abs=0.01)
+
+
 @pytest.mark.parametrize(("rate", "first"), [(4.0, True), (0.001, False)])
 def test_a_law_of_which_one_look_shows_more_than_is_foreseen_is_fitted_first(rate, first):
     """A path that goes with r + r^2: from no law on, its slope of 20 t at r = 4 is foreseen at r = 20, where it is 420 t. A small
@@ -356,11 +381,13 @@ def test_what_the_file_implies_is_what_the_data_would_show_beside_the_best_fit(g
 
 
 def test_a_search_stops_where_what_is_most_promising_is_not_worth_the_best(generator):
-    """It is asked with the best set and with what the most promising one is foreseen to cost, before that one is fitted."""
+    """It is asked with the best set and with the least that another one may cost, before that one is fitted."""
     problem = Line(TIMES, [3.0 * t for t in TIMES], 0.1)
     search, asked = Search(problem, [RATE], problem.fit(Model())), []
     search.run(lambda best, promised: asked.append((best, promised)) or True)
-    assert asked == [(frozenset(), search.foreseen[frozenset({"linear_drag"})][0].cost)] and list(search.fits) == [frozenset()]
+    ((best, promised),), law = asked, search.foreseen[frozenset({"linear_drag"})]
+    least = search.hoped(*law, search.cost(best) + search.reach(), False, search.costs_of_parts(best))
+    assert best == frozenset() and promised == least < law[0].cost and list(search.fits) == [frozenset()]
 
 
 @pytest.mark.parametrize(("part", "doubted"), [(0.05, False), (0.2, True)])
@@ -423,8 +450,9 @@ def test_what_a_simulation_through_contacts_leaves_counts_where_it_is_less_than_
 
 
 @pytest.mark.parametrize("contact", [True, False])
-def test_a_search_that_begins_anew_through_contacts_keeps_what_was_foreseen_from_the_model_under_test(contact):
-    """Lines of slope 3, then of 2.9: what the model leaves less is left less in what was foreseen from it too."""
+def test_a_search_that_begins_anew_through_contacts_keeps_what_was_foreseen(contact):
+    """Lines of slope 3, then of 2.9: what the model leaves less is left less in what was foreseen from it too. What another fit
+    foresaw of a set that was not fitted takes away what that fit did, and more or less beside it."""
     problem = Line(TIMES, [3.0 * t for t in TIMES], 0.1)
     problem.simulator.contact = contact
     search = Search(problem, [RATE], problem.fit(Model()))
@@ -433,12 +461,16 @@ def test_a_search_that_begins_anew_through_contacts_keeps_what_was_foreseen_from
     search.fit_sets([search.foreseen[law]])
     problem.values = [2.9 * t for t in TIMES]
     base = problem.fit(Model())
-    after = renewed(search, partial(Search, problem, [RATE], base))
+    other = frozenset({"spin_decay"})
+    search.foreseen[other] = Proposal(1e9, other, {"spin_decay": {"rate": 3.0}}, -10.0), search.fits[law]
+    after = renewed(search, partial(Search, problem, LAWS.values(), base))
     assert [numbers for numbers, _ in after.first] == [search.fits[law].model.numbers]
     assert set(after.models) == ({frozenset()} if contact else set())
     if contact:
         proposal, parent = after.foreseen[law]
         assert parent is base and proposal.cost == pytest.approx(search.foreseen[law][0].cost + base.chi2 - search.base.chi2)
+        proposal, parent = after.foreseen[other]
+        assert parent is base and proposal.fall == pytest.approx(search.base.chi2 - misfit(search.fits[law]) - 10.0)
     assert after.run().fits[law].estimate[0] == pytest.approx(2.9, rel=1e-3)
 
 
