@@ -1,5 +1,6 @@
 """A search that begins anew where samples or numerics of its data have changed: what it foresaw of them stays."""
 
+from hlcs.estimation.fitting import fit_at
 from hlcs.selection.preview import misfit
 from hlcs.selection.thresholds import HELPS, TIED
 
@@ -23,26 +24,28 @@ def renewed(search, begun):
     and with what is simpler than that.
 
     Through contacts, where a look at a fit costs a good part of the limit, what was foreseen is taken over: single samples and
-    the step of time change little of that. Where the model under test leaves less now, so does what was foreseen from it; where
-    it leaves more, these are samples that stood alone beside it, and no others need miss them. Of what was foreseen from another
-    fit, sets that were fitted there are left out: those that did well are kept.
+    the step of time change little of that. Where the fit that foresaw a set leaves less now, so does the set; where it leaves
+    more, these are samples that stood alone beside it, and no others need miss them. Other fits than that of the model under test
+    are taken as they were, and what was fitted then is left out: what did well is kept.
     """
     after = begun(first=[(search.fits[effects].model.numbers, search.fits[effects].initial_states) for effects in kept(search)])
     bare = frozenset()
     if not (search.problem.simulator.contact and bare in search.models):
         return after
-    moved = min(misfit(after.base) - misfit(search.base), 0.0)
     after.models[bare], after.unsure = search.models[bare], search.unsure
     after.implied, after.shown = search.implied, search.shown
+    anew = {id(search.base): after.base}  # what sets were foreseen from -> the same on the data as they are now
     for effects, (proposal, parent) in search.foreseen.items():
-        if parent is search.base:
-            proposal = proposal._replace(cost=proposal.cost + moved)
-        elif effects not in search.fits:
-            proposal = proposal._replace(fall=misfit(search.base) - misfit(parent) + proposal.fall)
-        else:
-            continue
-        after.foreseen[effects] = proposal, after.base
+        if parent is search.base or effects not in search.fits:
+            there = anew[id(parent)] = anew.get(id(parent)) or as_it_was(parent, search.problem)
+            moved = min(misfit(there) - misfit(parent), 0.0)
+            after.foreseen[effects] = proposal._replace(cost=proposal.cost + moved), there
     return after
+
+
+def as_it_was(fit, problem):
+    """A Fit at the numbers and the initial states of one that was made before the data of a problem changed."""
+    return fit_at(fit.model, fit.initial_states, problem.linearise(fit.model, fit.initial_states))
 
 
 def affordable(search):
