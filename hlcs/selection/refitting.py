@@ -34,8 +34,9 @@ def refit(search, proposal, parent, states=None):
             fit = search.problem.fit(search.preview.model_with(numbers), states, limit)
         except InputError:  # numbers with which nothing can be simulated
             continue
-        # another beginning led to no better end, or once more to where nothing can be
-        again = bool(costs) and not fit.cost < min(costs) - EQUAL
+        # another beginning led to no better end, or once more to where nothing can be; what is out of reach from where a fit
+        # through contacts was foreseen seldom is within it from elsewhere, and the time is needed for other sets
+        again = costs and not fit.cost < min(costs) - EQUAL or contact and not fit.converged
         costs.append(fit.cost)
         if fit.cost == min(costs) < np.inf:
             best = search.ended[proposal.effects] = fit
