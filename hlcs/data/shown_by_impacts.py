@@ -40,13 +40,19 @@ def differing_from_model(impacts, surroundings):
         value = max(value, 0.0)
         if abs(value - getattr(surroundings, name)) > 3 * error:
             candidates[name] = {"coefficient": min(value, 1.0) if name == "restitution" else value}
-        seen = values > 3 * errors  # an impact that ends in rest is no rebound, and tells no power
-        if name == "restitution" and seen.sum() >= LEAST:
-            _, _, trend, trend_error = mean_and_trend(values[seen], errors[seen], speeds[seen])
+        rebounds = rebounds_among(values, errors, speeds)
+        if name == "restitution" and len(rebounds[0]) >= LEAST:
+            _, _, trend, trend_error = mean_and_trend(*rebounds)
             if trend is not None and trend < -3 * trend_error:
-                exponent, _ = power_of_speed(values[seen], errors[seen], speeds[seen])
+                exponent, _ = power_of_speed(*rebounds)
                 candidates["velocity_dependent_restitution"] = {"exponent": exponent, "threshold": 0.0}
     return candidates
+
+
+def rebounds_among(values, errors, speeds):
+    """Readings (n,) that show a rebound, of those that would tell one like the others from an end in rest: no power of speed."""
+    shown = (values > 3 * errors) & (np.median(values) > 6 * errors)
+    return values[shown], errors[shown], speeds[shown]
 
 
 def power_of_speed(values, errors, speeds):
@@ -65,9 +71,8 @@ def rebounds_shown(impacts, surroundings, drags):
     shown = differing_from_model(impacts, surroundings)
     power, found = shown.get("velocity_dependent_restitution"), []
     if power is not None:
-        seen = [reading for reading in reliable(impacts, "restitution") if reading[0] > 3 * reading[1]]
-        readings = (np.array(column) for column in zip(*seen, strict=True))
-        at_one = min(power_of_speed(*readings)[1], 1.0)
+        readings = (np.array(column) for column in zip(*reliable(impacts, "restitution"), strict=True))
+        at_one = min(power_of_speed(*rebounds_among(*readings))[1], 1.0)
         found.append({"restitution": {"coefficient": at_one}, "velocity_dependent_restitution": power})
     rebounds = found or [{"restitution": shown["restitution"]}] if "restitution" in shown else found
     return found + [numbers | {name: its} for numbers in rebounds for name, its in drags.items()]

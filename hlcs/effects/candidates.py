@@ -221,24 +221,16 @@ class Candidate:
         return None if all(entry.null is None for entry in self.free) else self.start
 
     @property
-    def starts(self):
-        """Where fits begin, tuples of (name, value): several for a law that is never absent."""
-        return tuple(self._begun()) if self.absent is None else (tuple(self.start.items()),)
-
-    @property
     def views(self):
         """All ways to be absent that look different as soon as it is there: tuple of {name: value}."""
-        return () if self.absent is None else tuple(dict(values) for values in self._begun())
+        choices = [[(entry.name, value) for value in entry.starts or (entry.start,)] for entry in self.free]
+        return () if self.absent is None else tuple(map(dict, itertools.product(*choices)))
 
     @property
     def valleys(self):
-        """Every choice of the numbers that name several starts, tuple of {name: value}: chi2 has a valley at each; () without."""
-        several = [[(entry.name, value) for value in entry.starts] for entry in self.free if len(entry.starts) > 1]
-        return tuple(map(dict, itertools.product(*several))) if several else ()
-
-    def _begun(self):
-        """Every choice of the values that its numbers may begin from, as tuples of (name, value)."""
-        return itertools.product(*([(entry.name, value) for value in entry.starts or (entry.start,)] for entry in self.free))
+        """Every choice of the numbers that name several starts, tuple of {name: value}; () without."""
+        choices = [[(entry.name, value) for value in entry.starts] for entry in self.free if entry.starts]
+        return tuple(map(dict, itertools.product(*choices))) if choices else ()
 
 
 def build(kind, values, surroundings: Surroundings):

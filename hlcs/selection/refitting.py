@@ -13,7 +13,6 @@ def refit(search, proposal, parent, states=None):
     can be made. states: the initial states of a fit with the numbers of the proposal, where one was made before."""
     best, guess, seen, costs = None, search.problem.initial_guess(), [], []
     contact = search.problem.simulator.contact
-    valleys = any(search.candidates[name].valleys for name in proposal.effects)  # what foresees a set sees one: all are tried
     # through contacts a fit that nothing foresaw may yet find its way; elsewhere what it promises is seen from afar
     limited = np.isfinite(proposal.cost) or not contact
     limit = partial(search.limit, proposal.effects) if limited else None
@@ -26,7 +25,10 @@ def refit(search, proposal, parent, states=None):
             begun.insert(0, (search.preview.on_the_way(proposal.numbers, part, 0.0), part.initial_states))
     else:
         begun = [(proposal.numbers, states), (proposal.numbers, parent.initial_states)]
-    for numbers, states in (*begun, *((numbers, guess) for numbers in beginnings(search, proposal))):
+    foreseen, valleys = len(begun) - 1, in_valleys(search, proposal)
+    least = foreseen + len(valleys) if valleys else 0  # place of the last one that is tried while more than noise is left
+    others = (*valleys, *beginnings(search, proposal))
+    for place, (numbers, states) in enumerate((*begun, *((numbers, guess) for numbers in others))):
         if any(numbers == known and np.array_equal(states, there) for known, there in seen):
             continue
         seen.append((numbers, states))
@@ -36,16 +38,24 @@ def refit(search, proposal, parent, states=None):
             continue
         # another beginning led to no better end, or once more to where nothing can be; what is out of reach from where a fit
         # through contacts was foreseen seldom is within it from elsewhere, and the time is needed for other sets
-        again = costs and not fit.cost < min(costs) - EQUAL or contact and not fit.converged
+        given_up = contact and limited and place >= foreseen and not fit.converged
+        again = given_up or bool(costs) and not fit.cost < min(costs) - EQUAL
         costs.append(fit.cost)
         if fit.cost == min(costs) < np.inf:
             best = search.ended[proposal.effects] = fit
         met = best and best.converged and best.cost + search.price(proposal.effects, best) < proposal.cost + EQUAL
         # in flight the states of a wrong model may lead to the wrong side of what acts: those that the data show come too
         shown = contact or any(np.array_equal(there, guess) for _, there in seen)
-        if best and search.noise_alone(best) or (again or met and shown) and not valleys:
+        if best and search.noise_alone(best) or place >= least and (again or met and shown):
             break
     return best
+
+
+def in_valleys(search, proposal):
+    """The numbers of a proposal, {effect: {number: value}} each, with those of a law that names several starts at each of these:
+    chi2 may have a valley at each, and what foresees a set sees one."""
+    numbers, laws = proposal.numbers, search.candidates
+    return [numbers | {name: numbers[name] | valley} for name in sorted(proposal.effects) for valley in laws[name].valleys]
 
 
 def beginnings(search, proposal):
@@ -57,9 +67,5 @@ def beginnings(search, proposal):
         if len(shared) == len(names) - 1:
             known = search.fits[neighbour].model.numbers
             seen.append({name: known.get(name, search.candidates[name].expected) for name in names})
-    for name in names:
-        seen += [proposal.numbers | {name: proposal.numbers[name] | valley} for valley in search.candidates[name].valleys]
-    starts = {name: search.candidates[name].starts for name in names}
-    for number in range(max(map(len, starts.values()))):
-        seen.append({name: dict(some[number % len(some)]) for name, some in starts.items()})
+    seen.append({name: search.candidates[name].start for name in names})
     return [numbers for place, numbers in enumerate(seen) if numbers not in seen[:place]]

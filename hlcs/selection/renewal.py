@@ -1,16 +1,19 @@
 """A search that begins anew where samples or numerics of its data have changed: what it foresaw of them stays."""
 
+import numpy as np
+
 from hlcs.estimation.fitting import fit_at
 from hlcs.selection.preview import misfit
 from hlcs.selection.thresholds import HELPS, TIED
+from minibullet.errors import InputError
 
 
 def due(search, looked, best, promised, by_step):
     """Is it time to look anew at single samples and numerics, beside the best set? What the misfit of a worse model did to them
     is nothing to explain, so where the best leaves less than half of the excess of those that were looked at. But first comes
-    what is foreseen to explain half of what it leaves, if the error of the time step does not do so too.
+    what may explain half of what it leaves, if the error of the time step does not do so too.
 
-    promised: the least that a set may cost; by_step: function fit -> chi2 that this error is worth.
+    promised: what that may cost; by_step: function fit -> chi2 that this error is worth.
     """
     left = min(search.excess(search.fits[effects]) for effects in looked if effects in search.fits)
     now = search.excess(search.fits[best])
@@ -36,16 +39,26 @@ def renewed(search, begun):
     after.implied, after.shown = search.implied, search.shown
     anew = {id(search.base): after.base}  # what sets were foreseen from -> the same on the data as they are now
     for effects, (proposal, parent) in search.foreseen.items():
-        if parent is search.base or effects not in search.fits:
-            there = anew[id(parent)] = anew.get(id(parent)) or as_it_was(parent, search.problem)
+        if parent is not search.base and effects in search.fits:
+            continue
+        if id(parent) not in anew:
+            there = anew[id(parent)] = as_it_was(parent, search.problem)
+            after.found[id(there)] = search.found.get(id(parent), [])
+        if there := anew[id(parent)]:
             moved = min(misfit(there) - misfit(parent), 0.0)
             after.foreseen[effects] = proposal._replace(cost=proposal.cost + moved), there
     return after
 
 
 def as_it_was(fit, problem):
-    """A Fit at the numbers and the initial states of one that was made before the data of a problem changed."""
-    return fit_at(fit.model, fit.initial_states, problem.linearise(fit.model, fit.initial_states))
+    """A Fit at the numbers and the initial states of one that was made before the data of a problem changed; None where nothing
+    can be simulated there."""
+    try:
+        with np.errstate(all="ignore"):  # a run may leave the finite numbers there
+            there = fit_at(fit.model, fit.initial_states, problem.linearise(fit.model, fit.initial_states))
+    except InputError:
+        return None
+    return there if np.isfinite(there.chi2) else None
 
 
 def affordable(search):

@@ -111,7 +111,7 @@ class Search:
 
     def run(self, pause=None):
         """Expand and refit until no set is foreseen within reach of the best, or until Ctrl-C: what is fitted by then stays.
-        pause: function (best set, the least that one may cost) that says to stop before that; `run` goes on from there."""
+        pause: function (best set, what the most promising one may cost) that says to stop before that; to be gone on with."""
         try:
             self._expand_and_refit(pause or (lambda best, promised: False))
         except KeyboardInterrupt:
@@ -153,7 +153,8 @@ class Search:
             promising = [each for each in self.open_proposals() if self.promising(*each, *known)]
             promising.sort(key=lambda each: (self.hoped(*each, *known), sorted(each[0].effects)))
             self.budget.left_out = len(promising)
-            if not promising or pause(best, self.hoped(*promising[0], *known)):
+            contact = self.problem.simulator.contact
+            if not promising or pause(best, self.hoped(*promising[0], *known) if contact else promising[0][0].cost):
                 break
             twice = max(promising[0][0].cost, 0.0) / HELPS  # what is foreseen to leave more comes later, if ever
             together = self.first_ones(self.parts_first([each for each in promising if each[0].cost <= twice], limit), promising)
@@ -161,9 +162,8 @@ class Search:
             if self.budget.spent(len(affordable) if refits < REFITS else 0):
                 together = [each for each in together if explained and each[0].effects in self.twins and each[0].cost <= limit]
                 affordable = range(len(together))  # twins of what was found are few, and without them it would be told alone
-            if not affordable:
+            if not (together := [together[place] for place in affordable]):
                 break
-            together = [together[place] for place in affordable]
             named = ", ".join(" + ".join(sorted(proposal.effects)) for proposal, _ in together[:3])
             self.progress(f"fitting {named}{self.budget.time_left()}")
             self.fit_sets(together)

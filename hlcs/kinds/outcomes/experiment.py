@@ -126,7 +126,7 @@ class Outcomes(Tabulated):
         best = search.fits[frozenset(found.effects)]
         model = prepared.base.model
         doubted = [entry for entry in chosen if entry.setting and not found.adequate["after"]]  # a number of the file beside it
-        models = [model, *(model.with_term(Term(entry, entry.starts[0])) for entry in doubted)]
+        models = [model, *(model.with_term(Term(entry, tuple(entry.start.items()))) for entry in doubted)]
         zeros = zero_errors_told(prepared.problem, models, best.chi2, judge_table)
         return replace(found, notes=(*zeros, *rolling_told(prepared.problem, model, judge_table), *found.notes))
 

@@ -43,7 +43,7 @@ class Hum(effects.Effect):
 def test_a_law_that_is_never_absent_begins_from_several_values():
     entry = candidate(Hum, FLOOR, BALL, True)
     assert entry.absent is None and entry.views == ()
-    assert entry.starts == tuple((("force", 0.5), ("period", value)) for value in (1.0, 2.0, 4.0))
+    assert entry.valleys == tuple({"period": value} for value in (1.0, 2.0, 4.0))
 
 
 def test_a_drag_whose_coefficient_falls_is_absent_without_coefficients_wherever_it_falls():
@@ -55,7 +55,7 @@ def test_a_drag_whose_coefficient_falls_is_absent_without_coefficients_wherever_
 def test_a_number_without_meaning_while_absent_is_looked_at_from_several_values():
     entry = candidate(effects.AnisotropicFriction, FLOOR, BALL, True)
     assert entry.views == tuple({"ratio": 1.0, "angle": pi * k / 4} for k in range(4))
-    assert entry.starts == ((("ratio", 1.0), ("angle", 0.0)),)
+    assert entry.valleys == tuple({"angle": pi * k / 4} for k in range(4))
     assert entry.group == "contact_tangential" and candidate(ClockOffset, FLOOR, BALL, True).group == "measurement"
 
 

@@ -380,14 +380,17 @@ def test_what_the_file_implies_is_what_the_data_would_show_beside_the_best_fit(g
     assert search.ranked()[0] == {"linear_drag"} and search.implied == frozenset()
 
 
-def test_a_search_stops_where_what_is_most_promising_is_not_worth_the_best(generator):
-    """It is asked with the best set and with the least that another one may cost, before that one is fitted."""
+@pytest.mark.parametrize("contact", [False, True])
+def test_a_search_stops_where_what_is_most_promising_is_not_worth_the_best(contact):
+    """It is asked with the best set and with what another one is foreseen to cost, through contacts with the least that it may
+    cost, before that one is fitted."""
     problem = Line(TIMES, [3.0 * t for t in TIMES], 0.1)
-    search, asked = Search(problem, [RATE], problem.fit(Model())), []
+    problem.simulator.contact = contact
+    search, asked, law = Search(problem, [RATE], problem.fit(Model())), [], frozenset({"linear_drag"})
+    search.unsure = {law: 500.0}
     search.run(lambda best, promised: asked.append((best, promised)) or True)
-    ((best, promised),), law = asked, search.foreseen[frozenset({"linear_drag"})]
-    least = search.hoped(*law, search.cost(best) + search.reach(), False, search.costs_of_parts(best))
-    assert best == frozenset() and promised == least < law[0].cost and list(search.fits) == [frozenset()]
+    least = search.foreseen[law][0].cost - contact * 500.0
+    assert asked == [(frozenset(), pytest.approx(least))] and list(search.fits) == [frozenset()]
 
 
 @pytest.mark.parametrize(("part", "doubted"), [(0.05, False), (0.2, True)])
