@@ -30,7 +30,7 @@ class Contacts(NamedTuple):
     point: np.ndarray  # contact point, world frame [m], (m, 3)
     normal: np.ndarray  # unit normal from a to b, world frame [-], (m, 3)
     gap: np.ndarray  # distance of the surfaces along the normal, negative = penetration [m], (m,)
-    velocity: np.ndarray  # of b minus that of a, where they first touch in the step, else as it begins; world frame [m/s], (m, 3)
+    velocity: np.ndarray  # of b minus that of a: where a new contact touches in the step, else as it begins; world [m/s], (m, 3)
     load: np.ndarray  # normal force of the previous step, 0 for a new contact [N], (m,)
 
 

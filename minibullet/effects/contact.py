@@ -1,8 +1,8 @@
 """Laws of contact, one a class: each takes the law that holds so far at every contact and returns it changed.
 
-Notation: v_n = speed of approach along the normal, v_t = slip velocity in the tangent plane, both before the step; load =
-normal force of the previous step (0 at a new contact); the lighter body of a pair is the one with less mass, never a fixed
-one.
+Notation: v_n = speed of approach along the normal, v_t = slip velocity in the tangent plane, both where a new contact touches in
+the step, else as it begins; load = normal force of the previous step (0 at a new contact); the lighter body of a pair is the one
+with less mass, never a fixed one.
 """
 
 from dataclasses import dataclass
