@@ -48,7 +48,8 @@ WORDS = {  # what people write above a column, in English, German, French, Spani
     "bounce": "bounce, bounce number, bounce no, number of bounce, impact, aufprall, nummer des aufpralls, rebond, bote, "
     "rimbalzo, ressalto",
     "distance_m": "distance, strecke, weg, abstand, distancia, distanza, distância",
-    "group": "group, gruppe, groupe, grupo, gruppo, series, serie, day, tag, person, personne, persona, observer, beobachter",
+    "group": "group, gruppe, groupe, grupo, gruppo, series, serie, day, tag, person, personne, persona, observer, beobachter, "
+    "experimenter, operator, student, schüler, élève, alumno, studente, aluno, team, équipe, equipo, squadra, equipe",
 }
 DIAMETERS = {  # halved, they are radius_m
     f"{whose}{word}"

@@ -434,10 +434,11 @@ def test_units_say_which_column_could_be_a_time_and_which_a_position(refused):
     refused("20 cm,35 cm\n197,265\n198,265\n", "csv", "their names are values", "a column of their own")
 
 
-def test_times_that_scatter_beside_heights_are_of_falls(imported):
+@pytest.mark.parametrize("person", ["observer", "Schüler", "élève", "Student"])
+def test_times_that_scatter_beside_heights_are_of_falls(imported, person):
     """Three readings of each height, by two persons: samples of one motion are taken one after another."""
     rows = [f"{height},{who},{0.45 * height**0.5 + 0.02 * (k % 2):.2f}" for height in (1, 2, 3) for who in "AB" for k in range(3)]
-    _, tables = imported("\n".join(["height [m],observer,time [s]", *rows]) + "\n", "csv")
+    _, tables = imported("\n".join([f"height [m],{person},time [s]", *rows]) + "\n", "csv")
     assert tables["measurements.csv"].keys() == {"height_m", "group", "fall_time_s"}
     assert tables["measurements.csv"]["group"][:6] == [*"AAABBB"]
 
