@@ -40,8 +40,7 @@ def differing_from_model(impacts, surroundings):
         value = max(value, 0.0)
         if abs(value - getattr(surroundings, name)) > 3 * error:
             candidates[name] = {"coefficient": min(value, 1.0) if name == "restitution" else value}
-        rebounds = rebounds_among(values, errors, speeds)
-        if name == "restitution" and len(rebounds[0]) >= LEAST:
+        if name == "restitution" and len((rebounds := rebounds_among(values, errors, speeds))[0]) >= LEAST:
             _, _, trend, trend_error = mean_and_trend(*rebounds)
             if trend is not None and trend < -3 * trend_error:
                 exponent, _ = power_of_speed(*rebounds)
@@ -50,7 +49,7 @@ def differing_from_model(impacts, surroundings):
 
 
 def rebounds_among(values, errors, speeds):
-    """Readings (n,) that show a rebound, of those that would tell one like the others from an end in rest: no power of speed."""
+    """The readings (n,) of impacts that a body leaves: an end in rest tells no power of speed. None whose error hides which."""
     shown = (values > 3 * errors) & (np.median(values) > 6 * errors)
     return values[shown], errors[shown], speeds[shown]
 

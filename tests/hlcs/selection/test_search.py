@@ -302,6 +302,22 @@ def test_a_first_set_that_leaves_noise_alone_is_fitted_from_no_other_start(monke
     assert begun == [{"linear_drag": {"rate": 3.0}}] and search.noise_alone(search.fits[frozenset({"linear_drag"})])
 
 
+@pytest.mark.parametrize(("contact", "begun"), [(True, 1), (False, 2)])
+def test_a_fit_through_contacts_that_is_given_up_is_not_begun_elsewhere(monkeypatch, contact, begun):
+    """Foreseen at slope 2 and given up there; in flight it is begun once more, from where it is expected, to no better end."""
+    problem, tried = Line(TIMES, [3.0 * t for t in TIMES], 0.1), []
+    problem.simulator.contact = contact
+    search = Search(problem, [RATE], problem.fit(Model()))
+
+    def given_up(model, states, limit):
+        tried.append(model.numbers["linear_drag"]["rate"])
+        return replace(fit_at(model, states, problem.linearise(model, states)), converged=False)
+
+    monkeypatch.setattr(problem, "fit", given_up)
+    refit(search, Proposal(10.0, frozenset({"linear_drag"}), {"linear_drag": {"rate": 2.0}}, 1e4), search.base)
+    assert tried == [2.0, RATE.expected["rate"]][:begun]
+
+
 @pytest.mark.parametrize(("starts", "found"), [((), 1.0), ((0.5, 3.5), 4.0)])
 def test_a_law_that_names_several_starts_is_fitted_from_each_while_more_than_noise_is_left(starts, found):
     """Slopes off by 1 + (r - 1)^2 up to r = 2, and by 4 - r from there on: two valleys, of which the first was foreseen, as good
