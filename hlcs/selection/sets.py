@@ -1,6 +1,6 @@
 """From the fitted sets to the verdict's ground: the best set that stands, the sets that do as well, and the weight of each."""
 
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from scipy import optimize, special
@@ -27,6 +27,7 @@ class FittedSets:
         self.search, self.cross_validation, self.overdispersion, self.alone = search, cross_validation, overdispersion, alone
         self.shown, self.possible = shown, possible
         self.judged = {}  # (set, effect) -> HeldOut
+        self.begun = {}  # set -> its Fit from a larger one, begun beside others
 
     def tempered(self):
         """Itself, its sets fitted anew from `returned` where that leaves them cheaper."""
@@ -97,11 +98,15 @@ class FittedSets:
         data? What the file implies needs no proof on held-out data, and absorbs or not where it stands alone."""
         if not self.possible(effects):
             return False
-        fits, doubtful = self.search.fits, effects - self.search.implied_beside(effects)
-        doubtful = sorted(doubtful, key=lambda name: (self.without(effects, name) not in fits, name))  # first what needs no fit
-        finite = np.isfinite(self.search.fits[effects].chi2)
-        proved = finite and not any(self.broken(effects, name) for name in doubtful)
-        return proved and not any(self.absorbs(effects, name) for name in doubtful or sorted(effects))
+        fits, doubtful = self.search.fits, sorted(effects - self.search.implied_beside(effects))
+        if not np.isfinite(fits[effects].chi2):
+            return False
+        known = [name for name in doubtful if self.without(effects, name) in fits]  # what needs no fit comes first
+        if any(self.broken(effects, name) for name in known):
+            return False
+        self.fit_without(effects, doubtful)
+        broken = any(self.broken(effects, name) for name in doubtful)
+        return not broken and not any(self.absorbs(effects, name) for name in doubtful or sorted(effects))
 
     def absorbs(self, effects, name):
         """Where no set explains the data: does an effect take less than HELPS of the excess misfit that is left without it? Not
@@ -155,17 +160,31 @@ class FittedSets:
             return found
         reduced, bare = search.reduced, search.models.get(frozenset())
         if effects not in reduced:
-            holding = (known for known in search.fits if effects < known)
-            larger = min(holding, key=lambda known: (len(known), sorted(known)), default=effects)
-            fit = search.fits[larger]
-            shared = {name: numbers for name, numbers in fit.model.numbers.items() if name in effects}
-            tried = [found, self.alone(search.problem, self.fitted_from(shared, fit))]
-            explained = search.noise_alone(fit) and not search.noise_alone(tried[-1])
+            begun = self.begun.pop(effects, None) or self.fitted_as_in_larger(effects)
+            tried = [found, self.alone(search.problem, begun)]
+            explained = search.noise_alone(search.fits[self.larger(effects)]) and not search.noise_alone(tried[-1])
             if explained and bare and bare.foresees(effects):
                 numbers = bare.proposal(effects).numbers
                 tried.append(self.alone(search.problem, self.fitted_from(numbers, search.fits[frozenset()])))
             reduced[effects] = min(filter(None, tried), key=lambda fit: fit.tempered(self.overdispersion))
         return reduced[effects]
+
+    def fit_without(self, effects, names):
+        """Begin, in one batch, what `fit` needs of a set without each of these effects."""
+        done = self.search.reduced.keys() | {known for known, fit in self.search.fits.items() if fit.converged}
+        rests = [rest for rest in dict.fromkeys(self.without(effects, name) for name in names) if rest not in done]
+        fits = self.search.problem.batched([partial(self.fitted_as_in_larger, rest) for rest in rests])
+        self.begun.update(zip(rests, fits, strict=True))
+
+    def larger(self, effects):
+        """The smallest fitted set that holds a set and more; the set itself where none does."""
+        holding = (known for known in self.search.fits if effects < known)
+        return min(holding, key=lambda known: (len(known), sorted(known)), default=effects)
+
+    def fitted_as_in_larger(self, effects):
+        """The Fit of a set from where the larger one stands that it is a part of."""
+        fit = self.search.fits[self.larger(effects)]
+        return self.fitted_from({name: numbers for name, numbers in fit.model.numbers.items() if name in effects}, fit)
 
     def fitted_from(self, numbers, parent):
         """The Fit of a set from these numbers, or from nearer to the model under test where that fits better; parent: a Fit with
@@ -182,6 +201,7 @@ class FittedSets:
 
     def ordered(self, effects):
         """The effects of a set as a tuple, what it needs most first."""
+        self.fit_without(effects, sorted(effects))
         return tuple(sorted(effects, key=lambda name: (-self.worth(effects, name), name)))
 
     @cached_property

@@ -51,6 +51,17 @@ def terms_shown(candidates, shown):
     return [*((term,) for term in terms), *pairs]
 
 
+def numbers_found(selection, candidates):
+    """[{effect: {number: value}}] of the sets of effects that a Selection tells, the best first; those not shown as expected."""
+    expected = {candidate.name: candidate.expected for candidate in candidates}
+
+    def whole(name, shown):
+        return {key: value if shown.get(key) is None else shown[key] for key, value in expected[name].items()}
+
+    told = (members["parameters"] for members in selection.sets if members["effects"])
+    return [{name: whole(name, shown) for name, shown in numbers.items()} for numbers in told]
+
+
 def on_fewer(finding, count):
     """A Finding of a search on so many of the recordings; what was not tried there was not tried at all."""
     if finding.reason is Reason.NOT_TRIED:
@@ -163,7 +174,7 @@ class Trajectories:
         strong |= {} if prepared.problem.segmented else spin_losses_shown(chosen, few.trials, contact)
         on_all = (on_all_rows(self.measurement),) if measurement is not self.measurement else ()
 
-        def searched(prepared, chosen, absent):
+        def searched(prepared, chosen, absent, found=()):
             cross_validation = CrossValidation(prepared.problem.trials, measurement.file.hold_out)
             odds = ODDS if cross_validation.possible else ODDS_ALONE
             few_fits = prepared.problem.segmented  # are affordable: where the impacts point to, and where a look ended
@@ -172,6 +183,7 @@ class Trajectories:
             first = [({entry.name: seen[entry.name]}, at) for seen, at in shown for entry in chosen if entry.name in seen]
             names = {entry.name for entry in chosen}
             first += [(numbers, None) for numbers in together if numbers.keys() <= names]
+            first = [(numbers, None) for numbers in found] or first
             begun = partial(Search, prepared.problem, chosen, odds=odds, progress=self.options.log, readings=impacts | strong)
             search, looked = begun(base=prepared.base, first=first), [frozenset()]
 
@@ -192,9 +204,10 @@ class Trajectories:
         if few is many or Stopped.among(first.notes):
             return replace(first, notes=(*notes, *first.notes))
         self.options.log("fitting more recordings")
-        kept = {*first.effects, *(name for members in first.ambiguous for name in members)}
-        confirmed = searched(prepare(many, own, noise, likely), [candidate for candidate in chosen if candidate.name in kept], {})
-        others = tuple(on_fewer(each, len(few.trials)) for each in first.candidates if each.effect not in kept)
+        names = {*first.effects, *(name for members in first.ambiguous for name in members)}
+        kept = [candidate for candidate in chosen if candidate.name in names]
+        confirmed = searched(prepare(many, own, noise, likely), kept, {}, numbers_found(first, kept))
+        others = tuple(on_fewer(each, len(few.trials)) for each in first.candidates if each.effect not in names)
         left_out = (note for note in OutOfTime.among(first.notes) if note not in confirmed.notes)
         return replace(confirmed, candidates=confirmed.candidates + others, notes=(*notes, *confirmed.notes, *left_out))
 

@@ -24,6 +24,7 @@ NEAR = 3.0  # RMS by which a shorter step leads a tumbling body [sigma]: one tha
 LITTLE = 0.02  # error of the step, part of the RMS that a fit leaves, below which it decides nothing: chi2 changes by 4 % at most
 STILL = 0.02  # RMS by which a finer step may move the prediction through contacts [sigma]
 MOVED = 0.1  # standard errors by which the error of the step may move a number that is told, at most
+WRONG = 2.0  # chi2 per degree of freedom from which what a fit leaves, and not the noise, says how well its numbers are known
 
 
 def refine(problem, fit):
@@ -107,9 +108,10 @@ def each_in_its_steps(problem, fit):
 
 
 def in_shorter_steps(problem, fit):
-    """A fit through contacts in the step that it needs: it is halved until what the correction leaves of its error is small."""
+    """A fit through contacts in the step that it needs: it is halved until what the correction leaves of its error is small, of
+    a wrong one beside what it leaves."""
     fit, left = corrected(problem, fit, final=True)
-    while left > ROUGH and problem.simulator.time_step / 2 >= FINEST:
+    while left > ROUGH * (np.sqrt(fit.reduced) if fit.reduced > WRONG else 1.0) and problem.simulator.time_step / 2 >= FINEST:
         problem.simulator.time_step /= 2
         problem.step_change = None
         fit, left = corrected(problem, problem.fit(fit.model, fit.initial_states), final=True)
@@ -157,12 +159,18 @@ def richardson(coarse, fine):
 
 def polished(problem, fit):
     """A final fit through contacts, the error of the time step at its own numbers taken out: that of the model under test may
-    be another, since what was found may bring motion that this step spoils. Numbers of segments are profiled."""
+    be another, since what was found may bring motion that this step spoils. Numbers of segments are profiled; intervals of others
+    measured, unless the model is WRONG and they would tell nothing."""
     if not problem.simulator.contact or not fit.model.terms:
         return fit
     if problem.segmented:
         return profiled(problem, fit)
-    return _aside(problem, fit, lambda: measured_errors(problem, in_shorter_steps(problem, fit)))
+
+    def better():
+        final = in_shorter_steps(problem, fit)
+        return final if final.reduced > WRONG else measured_errors(problem, final)
+
+    return _aside(problem, fit, better)
 
 
 def polisher(problem, best):

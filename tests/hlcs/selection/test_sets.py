@@ -135,6 +135,22 @@ def test_a_second_effect_does_not_stand_beside_an_adequate_set_without_it_that_d
     assert best_set(fitted, finished)[0].best == told
 
 
+def test_sets_without_each_effect_are_begun_in_one_batch_as_they_would_be_one_by_one(generator):
+    t = np.linspace(0.0, 2.0, 25)
+    problem = Bend([t] * 4, list(3.0 * t + 0.2 * t**2 + 0.05 * generator.standard_normal((4, 25))), 0.05, ["a", "b", "a", "b"])
+    problem.bend = 1.0
+    search = Search(problem, LAWS.values(), problem.fit(Model())).run()
+    both, parts = frozenset(LAWS), [frozenset({name}) for name in sorted(LAWS)]
+    search.fits = {effects: search.fits[effects] for effects in (frozenset(), both)}
+    beside, alone = (FittedSets(search, CrossValidation(problem.trials, "group")) for _ in range(2))
+    beside.fit_without(both, sorted(LAWS))
+    assert list(beside.begun) == parts[::-1] and not search.reduced
+    found = [beside.fit(part).chi2 for part in parts]
+    assert not beside.begun and len(search.reduced) == 2
+    search.reduced.clear()
+    assert found == [alone.fit(part).chi2 for part in parts]
+
+
 def test_what_is_adequate_is_looked_for_from_the_cheapest_set_on(generator):
     """Where the cheapest set is not adequate no other is judged; where it is, those that do as well are too."""
     alike, judged = sets(0.0, generator), []

@@ -148,3 +148,17 @@ def test_the_misfit_that_a_step_makes_in_flight_is_known_from_one_run_in_half_of
     problem = posed(measurement, white, model, False, 0.2)
     fit = problem.fit(model)
     assert misfit_by_step(problem, fit) == pytest.approx((15 / 16) ** 2 * fit.chi2, rel=0.2)
+
+
+@pytest.mark.parametrize(("name", "wrong"), [("viscous_friction", False), ("load_dependent_friction", True)])
+def test_intervals_are_measured_only_where_the_model_may_be_right(tmp_path, monkeypatch, name, wrong):
+    """Friction that grows by 0.3 s/m, fitted by itself and by a law of the load, which leaves more than ten times the noise."""
+    problem, _ = slides(tmp_path, 0.3, 1e-3)
+    (law,), _ = candidates_for(read_recordings(read_experiment_file(tmp_path / "slides.toml")), True, [name])
+    (number,) = law.free
+    fit = problem.fit(Model((Term(law, ((number.name, number.start),)),), time_step=problem.simulator.time_step))
+    assert (fit.reduced > 100) == wrong
+    measured = []
+    monkeypatch.setattr(time_step, "measured_errors", lambda problem, fit: measured.append(fit) or fit)
+    told = polished(problem, fit)
+    assert bool(measured) != wrong and np.isfinite(told.covariance).all()
