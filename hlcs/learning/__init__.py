@@ -2,3 +2,4 @@
 
 from hlcs.learning.learned import Learned
 from hlcs.learning.missing_law import learn
+from hlcs.learning.rebounds import learn_rebounds

@@ -6,19 +6,23 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from hlcs.data.model_entries import found_entry
 from hlcs.files.documents import plain
 from hlcs.learning.laws import AXES
 from hlcs.rendering import Result
 from hlcs.report.words import value
-from minibullet.effects.catalogue import module_of
-from minibullet.effects.contract import name_of
+from minibullet.effects.catalogue import defined, module_of
+from minibullet.effects.contract import Effect, name_of
 
 FILE = "learned_effect.py"  # name of the effect's file beside a result
+QUANTILE = 1.645  # of the normal distribution: intervals of 90 %
 
 
 @dataclass(frozen=True, repr=False)
 class Learned(Result):
-    """A law of one variable that foretells recordings it was not fitted to."""
+    """A law of one variable, of a force or of rebounds, that foretells recordings it was not fitted to."""
 
     variable: str
     form: str
@@ -26,13 +30,14 @@ class Learned(Result):
     text: str  # one sentence
     effect_file: str  # the text of a file that `compare` and `diagnose --effects` take; empty where no effect can foretell it
     held_out: dict  # before, after: error of recordings that the numbers were not fitted to, in the unit of the error
-    band: dict  # the force per mass as a table of the variable: grid, value, low, high (k,); as the law has it, where that is no
+    band: dict  # the `quantity` as a table of the variable: grid, value, low, high (k,); as the law has it, where that is no
     # table: places, law (m,); {} of an oscillation
     also: tuple[str, ...]  # other variables that foretell the recordings as well
     fit: Any = field(default=None, compare=False)  # of the model with the law in it; None where there is no effect
     beside: tuple[dict, ...] = ()  # entries of the effects that it was learned beside, with their numbers in that fit
     remains: dict = field(default_factory=dict)  # what is left with it, as of records.Finding
     folder: str | None = field(default=None, compare=False)  # in which its file lies, where it was written
+    quantity: str = "force / mass [m/s2]"  # what the band shows
 
     @property
     def file_name(self):
@@ -50,7 +55,8 @@ class Learned(Result):
     @cached_property
     def kind(self):
         """The effect class that its file defines."""
-        return module_of(self.effect_file, "learned_effect", FILE).LearnedForce
+        (kind,) = defined(module_of(self.effect_file, "learned_effect", FILE), Effect)
+        return kind
 
     @property
     def entries(self):
@@ -62,6 +68,26 @@ class Learned(Result):
         file = FILE if self.effect_file else None
         told = {name: getattr(self, name) for name in ("variable", "form", "numbers", "text", "held_out", "band", "also")}
         return plain(told | {"effect_file": file})
+
+
+def beside_last(fit):
+    """Entries of [model] effects of all effects of a Fit but its last one."""
+    constants = {term.name: term.candidate.constants for term in fit.model.terms}
+    numbers = {effect: {name: interval(value, 0.0, "1") for name, value in known} for effect, known in constants.items()}
+    for (effect, free, found), error in zip(fit.numbers, np.sqrt(np.diag(fit.covariance)), strict=True):
+        numbers[effect][free.name] = interval(found, error, free.unit)
+    return tuple(found_entry(term.name, numbers[term.name]) for term in fit.model.terms[:-1])
+
+
+def interval(value, error, unit):
+    """A number with its interval of 90 %; error: its standard deviation."""
+    reach = QUANTILE * float(error)
+    return {
+        "value": float(value),
+        "low": float(value) - reach,
+        "high": float(value) + reach,
+        "unit": "1" if unit == "-" else unit,
+    }
 
 
 def sentence(law, numbers, direction, also, measured=AXES):

@@ -5,13 +5,12 @@ from itertools import combinations
 
 import numpy as np
 
-from hlcs.data.model_entries import found_entry
 from hlcs.data.rigid_body import rigid_body
 from hlcs.effects import candidate
 from hlcs.estimation.whitening import colour
 from hlcs.learning.flights import flights_of, rows_with_force
 from hlcs.learning.laws import AXES, NEEDED, Ranges, knots_of, laws, one_law, seen
-from hlcs.learning.learned import Learned, sentence
+from hlcs.learning.learned import QUANTILE, Learned, beside_last, interval, sentence
 from hlcs.learning.regression import Regression
 from hlcs.simulation.model import Term
 
@@ -25,7 +24,6 @@ SUDDEN = ("oscillation", "switch")  # forms that longer steps would pass over
 SWUNG = 0.5  # share of what an oscillation takes away that its swing must hold itself: else a drift beside it does the work
 FORMS = ("power", "oscillation", "switch", "exponential", "table")  # where several do as well: from the plainest on
 DRAWN = 100  # places at which a law is told, to be drawn
-QUANTILE = 1.645  # of the normal distribution: intervals of 90 %
 
 
 def learn(problem, fit):
@@ -138,7 +136,7 @@ def _learned(problem, fit, regression, ranges, best, also):
     place, count = refit.numbers_of(-1), len(law.linear)
     values, covariance = refit.estimate[place], max(refit.reduced, 1.0) * refit.covariance[place, place]
     law, spread = law.at(values[:count], values[count:]), np.sqrt(np.diag(covariance))
-    numbers = {number.name: _interval(number.value, error, number.unit) for number, error in zip(law.fitted, spread, strict=True)}
+    numbers = {number.name: interval(number.value, error, number.unit) for number, error in zip(law.fitted, spread, strict=True)}
     if law.form == "oscillation":
         numbers = _swings(law, values[None, :count], values[count:], spread)
     text, band = sentence(law, numbers, law.direction, also, axes), _band(regression, law, ranges)
@@ -146,16 +144,7 @@ def _learned(problem, fit, regression, ranges, best, also):
     error = problem.error(refit.linearization.projected[0])
     remains = {"effects": names, "chi2_per_freedom": refit.reduced, "error": error, "foreseen": False}
     told = law.variable, law.form, numbers, text, law.source(text), errors, band, tuple(also)
-    return Learned(*told, refit, _beside(refit), remains)
-
-
-def _beside(fit):
-    """Entries of [model] effects of all effects of a Fit but its last one."""
-    constants = {term.name: term.candidate.constants for term in fit.model.terms}
-    numbers = {effect: {name: _interval(value, 0.0, "1") for name, value in known} for effect, known in constants.items()}
-    for (effect, free, value), error in zip(fit.numbers, np.sqrt(np.diag(fit.covariance)), strict=True):
-        numbers[effect][free.name] = _interval(value, error, free.unit)
-    return tuple(found_entry(term.name, numbers[term.name]) for term in fit.model.terms[:-1])
+    return Learned(*told, refit, beside_last(refit), remains)
 
 
 def _band(regression, law, ranges):
@@ -194,17 +183,6 @@ def _refitted(problem, fit, law):
         simulator.time_step = step
 
 
-def _interval(value, error, unit):
-    """A number with its interval of 90 %; error: its standard deviation."""
-    reach = QUANTILE * float(error)
-    return {
-        "value": float(value),
-        "low": float(value) - reach,
-        "high": float(value) + reach,
-        "unit": "1" if unit == "-" else unit,
-    }
-
-
 def _per_metre(searched):
     """Acceleration of a swing of one metre at the frequency that was searched [1/s2]."""
     return (2 * np.pi * searched[0]) ** 2
@@ -221,11 +199,11 @@ def _swings(law, swings, searched, spread):
     swings: of cosine and sine along each axis, of each recording or of all (k, 2 axes) [m/s2]; spread: standard deviations.
     """
     (frequency,), turns = searched, _per_metre(searched)
-    numbers = {"frequency_hz": _interval(frequency, spread[-1], "Hz")}
+    numbers = {"frequency_hz": interval(frequency, spread[-1], "Hz")}
     sizes = _sizes(swings, searched)
     errors = np.sqrt(np.mean(spread[:-1].reshape(len(swings), -1) ** 2, axis=0))[::2] / turns / np.sqrt(len(swings))
     for number, size, error in zip(law.linear[::2], sizes, errors, strict=True):
-        numbers[f"amplitude_{number.name[-1]}"] = _interval(size, error, "m")
+        numbers[f"amplitude_{number.name[-1]}"] = interval(size, error, "m")
     return numbers
 
 

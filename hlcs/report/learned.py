@@ -40,13 +40,14 @@ def html(learned):
 
 
 def plot(learned, ax=None):
-    """The force per mass as a table of the variable, with its 90 % interval; of an oscillation the swing of each axis.
+    """The force per mass, or the restitution, as a table of the variable, with its 90 % interval; of an oscillation the swing of
+    each axis.
 
     Returns the Axes.
     """
     axes = given_axes(ax)
     if learned.band:
-        _force(learned, axes[0])
+        _table(learned, axes[0])
     else:
         _swings(learned, axes[0])
     return axes[0] if ax is None else ax
@@ -56,19 +57,21 @@ def caption(learned):
     """What the marks of its picture mean."""
     if not learned.band:
         return "How far it moves what is seen, along each axis."
-    return "Force per mass as the recordings show it, place by place." + " The line is the law." * ("law" in learned.band)
+    what = learned.quantity.split(" [")[0].replace("/", "per").capitalize()
+    return f"{what} as the recordings show it, place by place." + " The line is the law." * ("law" in learned.band)
 
 
-def _force(learned, ax):
+def _table(learned, ax):
     band = learned.band
     ax.fill_between(band["grid"], band["low"], band["high"], color=NOISE, alpha=0.5, lw=0, label="90 % interval")
     ax.plot(band["grid"], band["value"], *(["o"] if "law" in band else ["-"]), color=AFTER, ms=4, lw=1.6, label="as a table")
     if "law" in band:
         ax.plot(band["places"], band["law"], "-", color=INK, lw=1.2, label="the law")
-    ax.axhline(0.0, color=BEFORE, ls=":", lw=1.0)
+    if np.abs(band["value"]).min() < np.ptp(band["value"]):  # zero is near
+        ax.axhline(0.0, color=BEFORE, ls=":", lw=1.0)
     legend(ax)
     variable = f"{learned.variable} [{UNITS.get(learned.variable, 'm')}]"
-    plain(ax, learned.text, variable, "force / mass [m/s2]")
+    plain(ax, learned.text, variable, learned.quantity)
 
 
 def _swings(learned, ax):

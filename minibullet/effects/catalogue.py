@@ -27,10 +27,10 @@ def classes_in(package, base) -> dict[str, type]:
     """Name -> class of every subclass of `base` with numbers of its own that a module of a package defines."""
     folder = importlib.import_module(package).__path__
     modules = [importlib.import_module(f"{package}.{entry.name}") for entry in pkgutil.iter_modules(folder)]
-    return {name_of(kind): kind for module in modules for kind in _defined(module, base) if parameters(kind)}
+    return {name_of(kind): kind for module in modules for kind in defined(module, base) if parameters(kind)}
 
 
-def _defined(module, base):
+def defined(module, base):
     """The classes that a module defines itself, those with an underscore before their name left out."""
     return [
         kind
@@ -51,7 +51,7 @@ def load_effects(path) -> dict[str, type[Effect]]:
     file is run as code: load only files that you trust.
     """
     path = Path(path)
-    kinds = _defined(_run(path), Effect)
+    kinds = defined(_run(path), Effect)
     if not kinds:
         raise InputError(f"{path}: defines no effect; write a subclass of minibullet.Effect")
     shipped, found = library(), {}

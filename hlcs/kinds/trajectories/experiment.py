@@ -29,8 +29,8 @@ from hlcs.kinds.trajectories.sinking import drags_between_impacts, drags_shown
 from hlcs.kinds.trajectories.spinning import spin_losses_shown
 from hlcs.kinds.trajectories.stated_starts import starts_shown
 from hlcs.kinds.trajectories.thinning import on_all_rows, thinned
-from hlcs.kinds.trajectories.time_step import alone, misfit_by_step, polisher, with_step_error
-from hlcs.learning import learn
+from hlcs.kinds.trajectories.time_step import alone, misfit_by_step, polished, polisher, with_step_error
+from hlcs.learning import learn, learn_rebounds
 from hlcs.records import Reason
 from hlcs.rendering import Pictures
 from hlcs.selection.eligibility import candidates_for, fastest
@@ -77,7 +77,7 @@ class Trajectories:
     unjudged = Reason.NOT_JUDGED()
     judge, where = staticmethod(judge), staticmethod(where_it_fails)
     alone, polisher, with_step_error = staticmethod(alone), staticmethod(polisher), staticmethod(with_step_error)
-    polished_notes, learn = staticmethod(lost_notes), staticmethod(learn)
+    polished_notes = staticmethod(lost_notes)
     starts_shown = staticmethod(partial(starts_shown, judge=judge))
 
     def __init__(self, file, options):
@@ -140,6 +140,11 @@ class Trajectories:
         at_rest = "record a body at rest, name it under measurement.static, and leave measurement.noise out: it tells the noise"
         shown = Shown(what, noise.of_unit(unit), unit, seen, noise, at_rest)
         return noise_shown(problem, fit, shown, judge, self.measurement.file)
+
+    def learn(self, problem, fit):
+        """The Learned law that explains what a fit leaves, of rebounds or of a force; None."""
+        impacts = read_impacts(self.measurement, self._noise) if problem.simulator.contact else []
+        return learn_rebounds(problem, fit, impacts, polished) or learn(problem, fit)
 
     @staticmethod
     def moved(problem):

@@ -1,0 +1,152 @@
+"""The law by which rebounds depend on the speed of the impact, where none of the known effects is it.
+
+Impacts show it without any engine: restitution against speed of approach. What they show is written as an effect, and fitted to
+the recordings through the simulator.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy import optimize
+
+import minibullet as mb
+from hlcs.data.rigid_body import rigid_body
+from hlcs.data.shown_by_impacts import mean_and_trend, rebounds_among, reliable
+from hlcs.effects import candidate
+from hlcs.estimation.cross_validation import CrossValidation
+from hlcs.learning.learned import QUANTILE, Learned, beside_last, interval
+from hlcs.report.words import value as number_told
+from hlcs.simulation.model import Term
+from minibullet.effects.catalogue import module_of
+
+FEWEST = 8  # impacts that show a law of three numbers, and whether it is one
+SHOWN = 5.0  # standard errors by which their restitution must change with speed
+LEAVES = 0.1  # part of what the best known effects leave beyond noise that may be left with the law: real ones are not just so
+FLATTEST, STEEPEST = 0.1, 4.0  # exponents: near 0 it is the power that the library knows
+GROUPS = 8  # of impacts of like speed, to be drawn
+DRAWN = 60  # places at which the law is told, to be drawn
+SOURCE = '''"""Restitution as a function of the speed of the impact, as learned from recordings. {text}"""
+
+from dataclasses import dataclass
+
+import minibullet as mb
+import numpy as np
+
+
+@dataclass(frozen=True)
+class LearnedRestitution(mb.Effect):
+    """{text}"""
+
+    change: float = mb.parameter({change!r}, unit="-", low=-1.0, high=1.0, null=0.0)
+    exponent: float = mb.parameter({exponent!r}, unit="-", low={flattest!r}, high={steepest!r})
+    reference: float = mb.parameter({reference!r}, unit="m/s", given=True)
+    group = "contact_normal"
+
+    def contact_law(self, contacts, bodies, law):
+        speed = np.maximum(-(contacts.velocity * contacts.normal).sum(axis=1), 0.0)
+        restitution = law.restitution + self.change * ((speed / self.reference) ** self.exponent - 1.0)
+        return law._replace(restitution=np.clip(restitution, 0.0, 1.0))
+'''
+
+
+def learn_rebounds(problem, fit, impacts, polished):
+    """The Learned restitution e = e_r + c ((v/v_r)^n - 1) of impacts [Impact] at a speed v [m/s], in place of what a Fit of the
+    best known effects has of it; n = 1 is a straight line. polished: (problem, fit) -> it without the error of the step.
+
+    None where the impacts show no change with speed, where the law leaves more than LEAVES of what the fit leaves beyond noise,
+    or where it foretells recordings that its numbers were not fitted to no better.
+    """
+    readings = [] if problem.segmented else _changing(reliable(impacts, "restitution"))
+    cross_validation = CrossValidation(problem.trials, "group")
+    if not readings or not cross_validation.possible:
+        return None
+    values, errors, speeds = readings
+    reference = float(np.median(speeds))
+    found = _refitted(problem, fit, _read(values, errors, speeds, reference), reference)
+    before, after = (problem.error(cross_validation.residuals(each)) for each in (fit, found))
+    if found.chi2 - found.freedom > LEAVES * (fit.chi2 - fit.freedom) or not after < before:
+        return None
+    return _told(problem, polished(problem, found), readings, reference, {"before": before, "after": after})
+
+
+def _changing(readings):
+    """(values, errors, speeds), (n,) each, of the rebounds among readings [(value, error, speed)]; () where they are few, or
+    change little with speed."""
+    if len(readings) < FEWEST:
+        return ()
+    rebounds = rebounds_among(*map(np.array, zip(*readings, strict=True)))
+    trend, error = mean_and_trend(*rebounds)[2:] if len(rebounds[0]) >= FEWEST else (None, None)
+    return () if trend is None or abs(trend) < SHOWN * error else rebounds
+
+
+def _told(problem, fit, readings, reference, held_out):
+    """The Learned law of the last term of a Fit."""
+    (values, errors, speeds), (level, own) = readings, fit.model.terms[-2:]
+    found = {"restitution": level.numbers["coefficient"]} | own.numbers
+    spread = np.sqrt(max(fit.reduced, 1.0) * np.diag(fit.covariance)[-len(found) :])
+    numbers = {name: interval(value, error, "1") for (name, value), error in zip(found.items(), spread, strict=True)}
+    text, names = _sentence(numbers, reference, speeds), [term.name for term in fit.model.terms]
+    band = _band(values, errors, speeds, lambda speed: law(speed, reference, **found))
+    error = problem.error(fit.linearization.projected[0])
+    remains = {"effects": names, "chi2_per_freedom": fit.reduced, "error": error, "foreseen": False}
+    told = text, _source(text, reference, **found), held_out, band, ()
+    return Learned("speed", "power", numbers, *told, fit, beside_last(fit), remains, quantity="restitution [-]")
+
+
+def law(speed, reference, restitution, change, exponent):
+    """Restitution at a speed of impact [m/s]; `restitution` is that at the reference."""
+    return np.clip(restitution + change * ((speed / reference) ** exponent - 1.0), 0.0, 1.0)
+
+
+def _read(values, errors, speeds, reference):
+    """The numbers of the law as readings (n,) show them."""
+
+    def missed(numbers):
+        return (law(speeds, reference, *numbers) - values) / errors
+
+    bounds = np.array([(0.0, 1.0), (-1.0, 1.0), (FLATTEST, STEEPEST)]).T
+    found = optimize.least_squares(missed, (float(np.clip(np.median(values), 0.01, 0.99)), 0.0, 1.0), bounds=bounds).x
+    return dict(zip(("restitution", "change", "exponent"), map(float, found), strict=True))
+
+
+def _refitted(problem, fit, numbers, reference):
+    """Fit of the model with a restitution of its own and the law behind it, in place of what it has of both, through the
+    simulator."""
+    kind = module_of(_source("..", reference, **numbers), "learned_effect", "learned_effect.py").LearnedRestitution
+    trial, model = problem.trials[0], fit.model
+    level, own = (
+        candidate(each, trial.surroundings, rigid_body(trial.body), True, own=each is kind) for each in (mb.Restitution, kind)
+    )
+    model = replace(model, terms=tuple(term for term in model.terms if "restitution" not in term.name))
+    model = model.with_term(Term(level, ()).at({"coefficient": numbers["restitution"]}))
+    return problem.fit(
+        model.with_term(Term(own, ()).at({free.name: numbers[free.name] for free in own.free})), fit.initial_states
+    )
+
+
+def _source(text, reference, change, exponent, **_):
+    """The text of the effect's file."""
+    numbers = {"change": change, "exponent": exponent, "flattest": FLATTEST, "steepest": STEEPEST}
+    return SOURCE.format(text=text, reference=reference, **numbers)
+
+
+def _sentence(numbers, reference, speeds):
+    """What the law says of the speeds (n,) of the impacts, in one sentence."""
+    values = {name: entry["value"] for name, entry in numbers.items()}
+    slow, fast = (f"{law(speed, reference, **values):.3f} at {speed:.2g} m/s" for speed in (speeds.min(), speeds.max()))
+    way, sign = ("falls", "-") if values["change"] < 0 else ("grows", "+")
+    grown = f"{abs(values['change']):.3g} ((v/{reference:.3g} m/s)^{values['exponent']:.3g} - 1)"
+    told = f"as speed^{number_told(numbers['exponent'])}: e = {values['restitution']:.3g} {sign} {grown}"
+    return f"Restitution {way} with the speed of the impact, from {slow} to {fast}, {told}"
+
+
+def _band(values, errors, speeds, of_law):
+    """What is drawn: the restitution of impacts of like speed {grid, value, low, high}, (k,) each, and the law {places, law}."""
+    parts = np.array_split(np.argsort(speeds), GROUPS)
+    weights = [1.0 / errors[part] ** 2 for part in parts]
+    grid, value = (
+        np.array([w @ what[part] / w.sum() for w, part in zip(weights, parts, strict=True)]) for what in (speeds, values)
+    )
+    reach = QUANTILE / np.sqrt([w.sum() for w in weights])
+    places = np.linspace(speeds.min(), speeds.max(), DRAWN)
+    return {"grid": grid, "value": value, "low": value - reach, "high": value + reach, "places": places, "law": of_law(places)}
