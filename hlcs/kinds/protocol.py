@@ -111,7 +111,7 @@ class Tabulated:
         return None
 
     @staticmethod
-    def learn(problem, fit):
+    def learn(problem, fit, best):
         """Nothing: a law is learned from motion."""
 
 

@@ -1,4 +1,4 @@
-"""What was learned of a missing force, and how it is told."""
+"""What was learned of a missing force, or of rebounds, and how it is told."""
 
 import math
 from dataclasses import dataclass, field, replace
@@ -66,7 +66,9 @@ class Learned(Result):
     def to_json(self):
         """The entry `learned` of the result of a diagnosis."""
         file = FILE if self.effect_file else None
-        told = {name: getattr(self, name) for name in ("variable", "form", "numbers", "text", "held_out", "band", "also")}
+        told = {
+            name: getattr(self, name) for name in ("variable", "form", "quantity", "numbers", "text", "held_out", "band", "also")
+        }
         return plain(told | {"effect_file": file})
 
 

@@ -18,6 +18,7 @@ from hlcs.learning.learned import QUANTILE, Learned, beside_last, interval
 from hlcs.report.words import value as number_told
 from hlcs.simulation.model import Term
 from minibullet.effects.catalogue import module_of
+from minibullet.errors import InputError
 
 FEWEST = 8  # impacts that show a law of three numbers, and whether it is one
 SHOWN = 5.0  # standard errors by which their restitution must change with speed
@@ -37,8 +38,8 @@ import numpy as np
 class LearnedRestitution(mb.Effect):
     """{text}"""
 
-    change: float = mb.parameter({change!r}, unit="-", low=-1.0, high=1.0, null=0.0)
-    exponent: float = mb.parameter({exponent!r}, unit="-", low={flattest!r}, high={steepest!r})
+    change: float = mb.parameter({change!r}, unit="-", low=-1.0, high=1.0, least=-1.0, most=1.0, null=0.0)
+    exponent: float = mb.parameter({exponent!r}, unit="-", {ends})
     reference: float = mb.parameter({reference!r}, unit="m/s", given=True)
     group = "contact_normal"
 
@@ -49,24 +50,36 @@ class LearnedRestitution(mb.Effect):
 '''
 
 
-def learn_rebounds(problem, fit, impacts, polished):
-    """The Learned restitution e = e_r + c ((v/v_r)^n - 1) of impacts [Impact] at a speed v [m/s], in place of what a Fit of the
-    best known effects has of it; n = 1 is a straight line. polished: (problem, fit) -> it without the error of the step.
+def learn_rebounds(problem, fit, best, impacts, polished, hold_out="group"):
+    """The Learned restitution e = e_r + c ((v/v_r)^n - 1) of impacts [Impact] at a speed v [m/s], in place of what a Fit has of
+    it; n = 1 is a straight line. best: Fit of the best known effects; polished: (problem, fit) -> the fit without the error of
+    the step; hold_out: as in the experiment file.
 
-    None where the impacts show no change with speed, where the law leaves more than LEAVES of what the fit leaves beyond noise,
-    or where it foretells recordings that its numbers were not fitted to no better.
+    None where the impacts show no change with speed, where bodies or floors differ or the file has another law of its own, where
+    the law leaves more than LEAVES of what the best fit leaves beyond noise, or foretells other recordings no better than it.
     """
-    readings = [] if problem.segmented else _changing(reliable(impacts, "restitution"))
-    cross_validation = CrossValidation(problem.trials, "group")
+    readings = [] if problem.segmented or _unlike(problem.trials, fit.model) else reliable(impacts, "restitution")
+    readings, cross_validation = _changing(readings), CrossValidation(problem.trials, hold_out)
     if not readings or not cross_validation.possible:
         return None
     values, errors, speeds = readings
     reference = float(np.median(speeds))
-    found = _refitted(problem, fit, _read(values, errors, speeds, reference), reference)
-    before, after = (problem.error(cross_validation.residuals(each)) for each in (fit, found))
-    if found.chi2 - found.freedom > LEAVES * (fit.chi2 - fit.freedom) or not after < before:
+    try:
+        found = _refitted(problem, fit, _read(values, errors, speeds, reference), reference)
+    except InputError:  # what cannot be simulated with it loses no verdict
+        return None
+    before, after = (problem.error(cross_validation.residuals(each)) for each in (best, found))
+    if found.chi2 - found.freedom > LEAVES * (best.chi2 - best.freedom) or not after < before:
         return None
     return _told(problem, polished(problem, found), readings, reference, {"before": before, "after": after})
+
+
+def _unlike(trials, model):
+    """Do trials differ in what rebounds, or does the file's own model hold a law of restitution other than a constant?"""
+    known = {entry["name"] for entry in model.fixed} - {"restitution"}
+    return len({(trial.body, trial.surroundings.restitution) for trial in trials}) > 1 or any(
+        "restitution" in name for name in known
+    )
 
 
 def _changing(readings):
@@ -83,7 +96,7 @@ def _told(problem, fit, readings, reference, held_out):
     """The Learned law of the last term of a Fit."""
     (values, errors, speeds), (level, own) = readings, fit.model.terms[-2:]
     found = {"restitution": level.numbers["coefficient"]} | own.numbers
-    spread = np.sqrt(max(fit.reduced, 1.0) * np.diag(fit.covariance)[-len(found) :])
+    spread = np.sqrt(np.diag(fit.covariance_at(max(fit.reduced, 1.0)))[-len(found) :])
     numbers = {name: interval(value, error, "1") for (name, value), error in zip(found.items(), spread, strict=True)}
     text, names = _sentence(numbers, reference, speeds), [term.name for term in fit.model.terms]
     band = _band(values, errors, speeds, lambda speed: law(speed, reference, **found))
@@ -126,8 +139,8 @@ def _refitted(problem, fit, numbers, reference):
 
 def _source(text, reference, change, exponent, **_):
     """The text of the effect's file."""
-    numbers = {"change": change, "exponent": exponent, "flattest": FLATTEST, "steepest": STEEPEST}
-    return SOURCE.format(text=text, reference=reference, **numbers)
+    ends = f"low={FLATTEST!r}, high={STEEPEST!r}, least={FLATTEST!r}, most={STEEPEST!r}"
+    return SOURCE.format(text=text, reference=reference, change=change, exponent=exponent, ends=ends)
 
 
 def _sentence(numbers, reference, speeds):
@@ -136,7 +149,7 @@ def _sentence(numbers, reference, speeds):
     slow, fast = (f"{law(speed, reference, **values):.3f} at {speed:.2g} m/s" for speed in (speeds.min(), speeds.max()))
     way, sign = ("falls", "-") if values["change"] < 0 else ("grows", "+")
     grown = f"{abs(values['change']):.3g} ((v/{reference:.3g} m/s)^{values['exponent']:.3g} - 1)"
-    told = f"as speed^{number_told(numbers['exponent'])}: e = {values['restitution']:.3g} {sign} {grown}"
+    told = f"by a part that goes as speed^{number_told(numbers['exponent'])}: e = {values['restitution']:.3g} {sign} {grown}"
     return f"Restitution {way} with the speed of the impact, from {slow} to {fast}, {told}"
 
 

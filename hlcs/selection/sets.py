@@ -20,12 +20,14 @@ class FittedSets:
         alone=lambda problem, fit: fit,
         shown=frozenset(),
         possible=lambda effects: True,
+        outdone=frozenset(),
     ):
         """overdispersion: how many residuals count as one where no set is adequate; a wrong model concentrates falsely; alone:
         function (problem, fit) -> the fit of a set as it would be, had nothing but this set been looked at; shown: sets that are
-        adequate where none is that held-out data prove; possible: function set -> may it stand."""
+        adequate where none is that held-out data prove; possible: function set -> may it stand; outdone: sets that may, beside a
+        simpler one that does as well."""
         self.search, self.cross_validation, self.overdispersion, self.alone = search, cross_validation, overdispersion, alone
-        self.shown, self.possible = shown, possible
+        self.shown, self.possible, self.outdone = shown, possible, outdone
         self.judged = {}  # (set, effect) -> HeldOut
         self.begun = {}  # set -> its Fit from a larger one, begun beside others
 
@@ -74,7 +76,7 @@ class FittedSets:
         test stands always."""
         search = self.search
         while True:
-            cheapest = next(effects for effects in self.ranked if self.stands(effects))
+            cheapest = next(effects for effects in self.ranked if effects not in self.outdone and self.stands(effects))
             parts = {effects: fit for effects, fit in search.reduced.items() if search.fits.get(effects) is not fit}
             search.fits |= parts
             del self.ranked
@@ -89,7 +91,8 @@ class FittedSets:
         near = [
             effects
             for effects in self.ranked
-            if len(effects) == len(cheapest) and self.cost(effects) - self.cost(cheapest) <= EQUAL and self.stands(effects)
+            if len(effects) == len(cheapest) and self.cost(effects) - self.cost(cheapest) <= EQUAL
+            if effects not in self.outdone and self.stands(effects)
         ]
         return min(near, key=lambda effects: (len(self.search.fits[effects].numbers), self.search.fits[effects].implausible))
 
@@ -104,7 +107,7 @@ class FittedSets:
         known = [name for name in doubtful if self.without(effects, name) in fits]  # what needs no fit comes first
         if any(self.broken(effects, name) for name in known):
             return False
-        self.fit_without(effects, doubtful)
+        self.fit_without(effects, () if effects in self.shown else doubtful)
         broken = any(self.broken(effects, name) for name in doubtful)
         return not broken and not any(self.absorbs(effects, name) for name in doubtful or sorted(effects))
 
@@ -171,7 +174,7 @@ class FittedSets:
 
     def fit_without(self, effects, names):
         """Begin, in one batch, what `fit` needs of a set without each of these effects."""
-        done = self.search.reduced.keys() | {known for known, fit in self.search.fits.items() if fit.converged}
+        done = self.begun.keys() | self.search.reduced.keys() | {its for its, fit in self.search.fits.items() if fit.converged}
         rests = [rest for rest in dict.fromkeys(self.without(effects, name) for name in names) if rest not in done]
         fits = self.search.problem.batched([partial(self.fitted_as_in_larger, rest) for rest in rests])
         self.begun.update(zip(rests, fits, strict=True))

@@ -42,7 +42,7 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     experiment: has `measure` of the error, `judge` (problem, fit) -> (Adequacy, table of observations), `where` (problem,
     table) -> rows, `polisher` (problem, best fit) -> function fit -> the final ones, `polished_notes` (problem, final one) ->
     what that changed, `alone` (problem, fit) -> a fit that owes nothing to other sets, `with_step_error` (problem, fit) ->
-    one whose numbers have that of the time step, `learn` (problem, fit) -> the law that explains the rest, or None,
+    one whose numbers have that of the time step, `learn` (problem, fit, best fit) -> the law that explains the rest, or None,
     `noise_shown` (problem, fit) -> the noise with which all would be explained, or None, `starts_shown` (problem, fit) -> the
     starts with which it would be, or None, `moved` (problem) -> how fast bodies moved, and `pictures`; prepared: has the
     problem and the fit of the model under test; absent: {name: why it was not tried}; on_all: function (problem, fit) -> the
@@ -56,7 +56,7 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     finished = finals(experiment, search, known, lambda fit: on_all(*polished(fit)))
     fitted = partial(FittedSets, search, cross_validation, alone=experiment.alone)
     sets, (judged, best, after, table_after) = best_set(fitted, finished)
-    learned = None if after.adequate else learned_law(experiment, sets)
+    learned = None if after.adequate or search.budget.stopped else learned_law(experiment, sets)
     shown = None if after.adequate or learned or search.budget.stopped else experiment.starts_shown
     sets, (judged, best, after, table_after), starts = starts_first(fitted, finished, sets, shown)
     effects = sets.best
@@ -106,14 +106,15 @@ def learned_law(experiment, sets):
     absorbs more than a law of one.
     """
     search, effects = sets.search, sets.best
-    found = experiment.learn(search.problem, search.fits[effects])
+    best = search.fits[effects]
+    found = experiment.learn(search.problem, best, best)
     bare = search.implied if search.implied in search.fits else frozenset()
-    alone = experiment.learn(search.problem, search.fits[bare]) if bare != effects else None
+    alone = experiment.learn(search.problem, search.fits[bare], best) if bare != effects else None
     if not (alone and alone.fit):
         return found
-    if explained(search.fits[effects], alone.fit) < HELPS:
+    if explained(best, alone.fit) < HELPS:
         return found
-    fit = found.fit if found and found.fit else search.fits[effects]
+    fit = found.fit if found and found.fit else best
     least = fit.tempered(sets.overdispersion) + search.price(effects) - TIED
     return alone if alone.fit.tempered(sets.overdispersion) + search.price(bare) < least else found
 
@@ -178,16 +179,17 @@ def best_shown(sets, fitted, finished):
     of which the final numbers are withheld, or as they are where it is absent, if the set is adequate without it too. Nor does
     one beside others that do as well without it: that something is missing held-out data have proved, not that so much is.
     """
-    left_out = set()
+    left_out, outdone = set(), set()
     while True:
         told = finished(sets.best)
         without = {name: sets.without(sets.best, name) for name in sorted(sets.best)}
-        tied = [rest for rest in sets.tied if rest - sets.search.implied]
-        rests = [rest for name, rest in without.items() if rest in tied or not shows(told[1], name)]
-        if not any(rest in sets.search.fits and finished(rest)[2].adequate for rest in rests):
+        hidden = [rest for name, rest in without.items() if not shows(told[1], name)]
+        tied = [rest for rest in without.values() if rest in sets.tied and rest - sets.search.implied]
+        adequate = [rest for rest in (*hidden, *tied) if rest in sets.search.fits and finished(rest)[2].adequate]
+        if not adequate:
             return sets, told
-        left_out.add(sets.best)
-        sets = fitted(1.0, possible=lambda effects: effects not in left_out)
+        (left_out if adequate[0] in hidden else outdone).add(sets.best)
+        sets = fitted(1.0, possible=lambda effects: effects not in left_out, outdone=frozenset(outdone))
 
 
 def shows(final, name):

@@ -141,10 +141,11 @@ class Trajectories:
         shown = Shown(what, noise.of_unit(unit), unit, seen, noise, at_rest)
         return noise_shown(problem, fit, shown, judge, self.measurement.file)
 
-    def learn(self, problem, fit):
-        """The Learned law that explains what a fit leaves, of rebounds or of a force; None."""
+    def learn(self, problem, fit, best):
+        """The Learned law that explains what a fit leaves, of rebounds or of a force, or None; best: Fit of the best effects."""
         impacts = read_impacts(self.measurement, self._noise) if problem.simulator.contact else []
-        return learn_rebounds(problem, fit, impacts, polished) or learn(problem, fit)
+        rebounds = learn_rebounds(problem, fit, best, impacts, polished, self.measurement.file.hold_out)
+        return rebounds or learn(problem, fit)
 
     @staticmethod
     def moved(problem):

@@ -24,7 +24,7 @@ NEAR = 3.0  # RMS by which a shorter step leads a tumbling body [sigma]: one tha
 LITTLE = 0.02  # error of the step, part of the RMS that a fit leaves, below which it decides nothing: chi2 changes by 4 % at most
 STILL = 0.02  # RMS by which a finer step may move the prediction through contacts [sigma]
 MOVED = 0.1  # standard errors by which the error of the step may move a number that is told, at most
-WRONG = 2.0  # chi2 per degree of freedom from which what a fit leaves, and not the noise, says how well its numbers are known
+WRONG = 5.0  # chi2 per degree of freedom from which no uncertainty of the noise, nor a stray sample, makes a fit adequate
 
 
 def refine(problem, fit):
@@ -108,8 +108,8 @@ def each_in_its_steps(problem, fit):
 
 
 def in_shorter_steps(problem, fit):
-    """A fit through contacts in the step that it needs: it is halved until what the correction leaves of its error is small, of
-    a wrong one beside what it leaves."""
+    """A fit through contacts in the step that it needs: it is halved until what the correction leaves of its error is small
+    beside the noise, or beside what a WRONG fit leaves."""
     fit, left = corrected(problem, fit, final=True)
     while left > ROUGH * (np.sqrt(fit.reduced) if fit.reduced > WRONG else 1.0) and problem.simulator.time_step / 2 >= FINEST:
         problem.simulator.time_step /= 2

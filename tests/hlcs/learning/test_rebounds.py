@@ -21,16 +21,20 @@ def impacts(restitution, error=0.002):
     ]
 
 
-def problem(segmented=False, groups=("a", "b")):
-    trials = [SimpleNamespace(group=name, name=name, whole=name, body=None) for name in groups]
+def problem(segmented=False, groups=("a", "b"), bodies=(None, None)):
+    around = SimpleNamespace(restitution=0.5)
+    trials = [
+        SimpleNamespace(group=name, name=name, whole=name, body=body, surroundings=around)
+        for name, body in zip(groups, bodies, strict=True)
+    ]
     return SimpleNamespace(segmented=segmented, trials=trials, error=lambda white: float(np.concatenate(white).std()))
 
 
-def a_fit(chi2):
+def a_fit(chi2, fixed=()):
     """A Fit of 100 readings, one number, of two recordings: white residuals alone."""
     columns = [np.ones((50, 1)) * sign for sign in (1, -1)]
     white = [np.sqrt(chi2 / 100) * (-1.0) ** np.arange(50) for _ in range(2)]
-    model = SimpleNamespace(terms=())
+    model = SimpleNamespace(terms=(), fixed=fixed)
     projected = SimpleNamespace(projected=(white, columns))
     return SimpleNamespace(chi2=chi2, freedom=100, linearization=projected, estimate=np.zeros(1), ends=(-1e9, 1e9), model=model)
 
@@ -43,12 +47,25 @@ def a_fit(chi2):
         (impacts(lambda speed: 0.9 - 0.03 * speed)[:7], problem()),
         (impacts(lambda speed: 0.9 - 0.03 * speed), problem(segmented=True)),
         (impacts(lambda speed: 0.9 - 0.03 * speed), problem(groups=("a", "a"))),
+        (impacts(lambda speed: 0.9 - 0.03 * speed), problem(bodies=("rubber", "steel"))),
         ([], problem()),
     ],
 )
 def test_without_a_change_that_impacts_show_no_law_is_tried(readings, where, monkeypatch):
     monkeypatch.setattr(rebounds, "_refitted", None)
-    assert rebounds.learn_rebounds(where, a_fit(1e4), readings, None) is None
+    assert rebounds.learn_rebounds(where, a_fit(1e4), a_fit(1e4), readings, None) is None
+
+
+def test_a_law_of_the_file_itself_and_what_cannot_be_simulated_leave_the_verdict_as_it_is(monkeypatch):
+    readings, own = impacts(lambda speed: 0.9 - 0.03 * speed), ({"name": "velocity_dependent_restitution", "exponent": 0.1},)
+    monkeypatch.setattr(rebounds, "_refitted", None)
+    assert rebounds.learn_rebounds(problem(), a_fit(1e4, own), a_fit(1e4), readings, None) is None
+
+    def refused(*_):
+        raise hlcs.InputError("leaves the finite numbers")
+
+    monkeypatch.setattr(rebounds, "_refitted", refused)
+    assert rebounds.learn_rebounds(problem(), a_fit(1e4), a_fit(1e4), readings, None) is None
 
 
 @pytest.mark.parametrize(("left", "told"), [(500.0, True), (2000.0, False), (1e4, False)])
@@ -57,7 +74,8 @@ def test_a_law_is_told_where_it_leaves_less_than_a_tenth_of_what_known_effects_l
     monkeypatch.setattr("hlcs.estimation.cross_validation._belief", lambda fit: (np.zeros(1), np.zeros(1)))
     monkeypatch.setattr(rebounds, "_refitted", lambda *_: a_fit(left))
     monkeypatch.setattr(rebounds, "_told", lambda *_: "told")
-    found = rebounds.learn_rebounds(problem(), a_fit(1e4), impacts(lambda speed: 0.9 - 0.03 * speed), lambda problem, fit: fit)
+    readings = impacts(lambda speed: 0.9 - 0.03 * speed)
+    found = rebounds.learn_rebounds(problem(), a_fit(1e6), a_fit(1e4), readings, lambda problem, fit: fit)
     assert found == ("told" if told else None)
 
 

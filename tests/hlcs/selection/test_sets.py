@@ -132,7 +132,10 @@ def test_a_second_effect_does_not_stand_beside_an_adequate_set_without_it_that_d
 
     fitted = partial(Proved, search, CrossValidation(problem.trials, "group"))
     assert fitted(1.0).best == {"linear_drag", "spin_decay"}
-    assert best_set(fitted, finished)[0].best == told
+    found = best_set(fitted, finished)[0]
+    both = frozenset(LAWS)
+    assert found.best == told and {frozenset(told), both} == set(found.tied)
+    assert found.inclusion["spin_decay"] == pytest.approx(found.weights[both]) and found.weights[both] > 0.5
 
 
 def test_sets_without_each_effect_are_begun_in_one_batch_as_they_would_be_one_by_one(generator):
@@ -418,7 +421,7 @@ def test_a_law_learned_without_the_best_set_stands_where_it_does_better_not_wher
     search = SimpleNamespace(problem=None, implied=frozenset(), price=lambda effects: 0.0, fits=fits)
     alone = SimpleNamespace(fit=fit((70.0 if beside else 100.0) - better, left))
     of_best = SimpleNamespace(fit=fit(70.0, 0.0)) if beside else None
-    experiment = SimpleNamespace(learn=lambda problem, fit: of_best if fit is fits[best] else alone)
+    experiment = SimpleNamespace(learn=lambda problem, fit, known: of_best if fit is fits[best] else alone)
     sets = SimpleNamespace(search=search, best=best, overdispersion=overdispersion)
     assert learned_law(experiment, sets) is (alone if stands else of_best)
 
