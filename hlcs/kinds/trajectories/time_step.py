@@ -10,7 +10,7 @@ from hlcs.estimation.least_squares import least_squares
 from hlcs.estimation.multiple_shooting import ROUNDS, improve_for, refit_initial_states
 from hlcs.estimation.segment_profiles import profiled
 from hlcs.estimation.segments import carried, split_lost
-from hlcs.kinds.trajectories.observations import recording_scale
+from hlcs.kinds.trajectories.observations import judge, recording_scale
 from hlcs.simulation.simulator import Motion
 from minibullet import rotations
 from minibullet.errors import InputError
@@ -24,7 +24,6 @@ NEAR = 3.0  # RMS by which a shorter step leads a tumbling body [sigma]: one tha
 LITTLE = 0.02  # error of the step, part of the RMS that a fit leaves, below which it decides nothing: chi2 changes by 4 % at most
 STILL = 0.02  # RMS by which a finer step may move the prediction through contacts [sigma]
 MOVED = 0.1  # standard errors by which the error of the step may move a number that is told, at most
-WRONG = 5.0  # chi2 per degree of freedom from which no uncertainty of the noise, nor a stray sample, makes a fit adequate
 
 
 def refine(problem, fit):
@@ -108,10 +107,9 @@ def each_in_its_steps(problem, fit):
 
 
 def in_shorter_steps(problem, fit):
-    """A fit through contacts in the step that it needs: it is halved until what the correction leaves of its error is small
-    beside the noise, or beside what a WRONG fit leaves."""
+    """A fit through contacts in the step that it needs: it is halved until what the correction leaves of its error is small."""
     fit, left = corrected(problem, fit, final=True)
-    while left > ROUGH * (np.sqrt(fit.reduced) if fit.reduced > WRONG else 1.0) and problem.simulator.time_step / 2 >= FINEST:
+    while left > ROUGH and problem.simulator.time_step / 2 >= FINEST:
         problem.simulator.time_step /= 2
         problem.step_change = None
         fit, left = corrected(problem, problem.fit(fit.model, fit.initial_states), final=True)
@@ -160,7 +158,7 @@ def richardson(coarse, fine):
 def polished(problem, fit):
     """A final fit through contacts, the error of the time step at its own numbers taken out: that of the model under test may
     be another, since what was found may bring motion that this step spoils. Numbers of segments are profiled; intervals of others
-    measured, unless the model is WRONG and they would tell nothing."""
+    measured, where the model is adequate: of a wrong one they tell nothing."""
     if not problem.simulator.contact or not fit.model.terms:
         return fit
     if problem.segmented:
@@ -168,7 +166,7 @@ def polished(problem, fit):
 
     def better():
         final = in_shorter_steps(problem, fit)
-        return final if final.reduced > WRONG else measured_errors(problem, final)
+        return measured_errors(problem, final) if judge(problem, final)[0].adequate else final
 
     return _aside(problem, fit, better)
 
