@@ -9,8 +9,9 @@ from time import perf_counter
 import numpy as np
 
 from hlcs.data.notes import OutOfTime, Stopped
+from hlcs.processes import interrupts
 
-STOPPED = "stopped by Ctrl-C before its end: sets of effects that were not fitted by then are missing from this answer"
+STOPPED = "stopped by Ctrl-C before its end: what was not fitted by then, sets of effects or a law, is missing from this answer"
 IN_TIME = "to keep within the limit of time"
 SEGMENTED_LIMIT = 3.0e6  # body-steps from which as many recordings of a tumbling body are screened as these allow for
 TUMBLING_LIMIT = 6.0e6  # of a search on them, what a step costs by itself counted: twenty tosses of a cube take 4.4e6, some 90 s
@@ -44,6 +45,12 @@ class Budget:
     def share(self):
         """Part of the limit that is spent [-]."""
         return self.steps / self.limit
+
+    def stop(self, progress):
+        """End here: Ctrl-C is answered by a verdict on what was fitted so far."""
+        interrupts.answered()
+        self.stopped = True
+        progress("stopped: judging what was fitted so far (Ctrl-C again gives up)")
 
     def fitted(self, numbers, before):
         """Fits of so many numbers were made since so many `steps`: what the next ones take is told from them."""

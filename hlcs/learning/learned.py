@@ -66,9 +66,8 @@ class Learned(Result):
     def to_json(self):
         """The entry `learned` of the result of a diagnosis."""
         file = FILE if self.effect_file else None
-        told = {
-            name: getattr(self, name) for name in ("variable", "form", "quantity", "numbers", "text", "held_out", "band", "also")
-        }
+        names = ("variable", "form", "quantity", "numbers", "text", "held_out", "band", "also")
+        told = {name: getattr(self, name) for name in names}
         return plain(told | {"effect_file": file})
 
 
@@ -79,6 +78,12 @@ def beside_last(fit):
     for (effect, free, found), error in zip(fit.numbers, np.sqrt(np.diag(fit.covariance)), strict=True):
         numbers[effect][free.name] = interval(found, error, free.unit)
     return tuple(found_entry(term.name, numbers[term.name]) for term in fit.model.terms[:-1])
+
+
+def left_with(problem, fit):
+    """What a Fit with the law leaves, as `Learned.remains`."""
+    error, names = problem.error(fit.linearization.projected[0]), [term.name for term in fit.model.terms]
+    return {"effects": names, "chi2_per_freedom": fit.reduced, "error": error, "foreseen": False}
 
 
 def interval(value, error, unit):

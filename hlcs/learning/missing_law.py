@@ -10,7 +10,7 @@ from hlcs.effects import candidate
 from hlcs.estimation.whitening import colour
 from hlcs.learning.flights import flights_of, rows_with_force
 from hlcs.learning.laws import AXES, NEEDED, Ranges, knots_of, laws, one_law, seen
-from hlcs.learning.learned import QUANTILE, Learned, beside_last, interval, sentence
+from hlcs.learning.learned import QUANTILE, Learned, beside_last, interval, left_with, sentence
 from hlcs.learning.regression import Regression
 from hlcs.simulation.model import Term
 
@@ -140,11 +140,8 @@ def _learned(problem, fit, regression, ranges, best, also):
     if law.form == "oscillation":
         numbers = _swings(law, values[None, :count], values[count:], spread)
     text, band = sentence(law, numbers, law.direction, also, axes), _band(regression, law, ranges)
-    names = [term.name for term in refit.model.terms]
-    error = problem.error(refit.linearization.projected[0])
-    remains = {"effects": names, "chi2_per_freedom": refit.reduced, "error": error, "foreseen": False}
     told = law.variable, law.form, numbers, text, law.source(text), errors, band, tuple(also)
-    return Learned(*told, refit, beside_last(refit), remains)
+    return Learned(*told, refit, beside_last(refit), left_with(problem, refit))
 
 
 def _band(regression, law, ranges):

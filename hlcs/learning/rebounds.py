@@ -5,6 +5,7 @@ the recordings through the simulator.
 """
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from scipy import optimize
@@ -14,7 +15,7 @@ from hlcs.data.rigid_body import rigid_body
 from hlcs.data.shown_by_impacts import mean_and_trend, rebounds_among, reliable
 from hlcs.effects import candidate
 from hlcs.estimation.cross_validation import CrossValidation
-from hlcs.learning.learned import QUANTILE, Learned, beside_last, interval
+from hlcs.learning.learned import QUANTILE, Learned, beside_last, interval, left_with
 from hlcs.report.words import value as number_told
 from hlcs.simulation.model import Term
 from minibullet.effects.catalogue import module_of
@@ -23,7 +24,8 @@ from minibullet.errors import InputError
 FEWEST = 8  # impacts that show a law of three numbers, and whether it is one
 SHOWN = 5.0  # standard errors by which their restitution must change with speed
 LEAVES = 0.1  # part of what the best known effects leave beyond noise that may be left with the law: real ones are not just so
-FLATTEST, STEEPEST = 0.1, 4.0  # exponents: near 0 it is the power that the library knows
+FLATTEST, STEEPEST = 0.1, 4.0  # exponents: toward 0 as the library's power; above 4 the fastest impacts alone show it
+LAWS = ("restitution", "velocity_dependent_restitution", "learned_restitution")  # in whose place it stands
 GROUPS = 8  # of impacts of like speed, to be drawn
 DRAWN = 60  # places at which the law is told, to be drawn
 SOURCE = '''"""Restitution as a function of the speed of the impact, as learned from recordings. {text}"""
@@ -43,14 +45,16 @@ class LearnedRestitution(mb.Effect):
     reference: float = mb.parameter({reference!r}, unit="m/s", given=True)
     group = "contact_normal"
 
+    def at(self, restitution, speed):
+        return np.clip(restitution + self.change * ((speed / self.reference) ** self.exponent - 1.0), 0.0, 1.0)
+
     def contact_law(self, contacts, bodies, law):
         speed = np.maximum(-(contacts.velocity * contacts.normal).sum(axis=1), 0.0)
-        restitution = law.restitution + self.change * ((speed / self.reference) ** self.exponent - 1.0)
-        return law._replace(restitution=np.clip(restitution, 0.0, 1.0))
+        return law._replace(restitution=self.at(law.restitution, speed))
 '''
 
 
-def learn_rebounds(problem, fit, best, impacts, polished, hold_out="group"):
+def learn_rebounds(problem, fit, best, impacts, polished, hold_out):
     """The Learned restitution e = e_r + c ((v/v_r)^n - 1) of impacts [Impact] at a speed v [m/s], in place of what a Fit has of
     it; n = 1 is a straight line. best: Fit of the best known effects; polished: (problem, fit) -> the fit without the error of
     the step; hold_out: as in the experiment file.
@@ -76,10 +80,8 @@ def learn_rebounds(problem, fit, best, impacts, polished, hold_out="group"):
 
 def _unlike(trials, model):
     """Do trials differ in what rebounds, or does the file's own model hold a law of restitution other than a constant?"""
-    known = {entry["name"] for entry in model.fixed} - {"restitution"}
-    return len({(trial.body, trial.surroundings.restitution) for trial in trials}) > 1 or any(
-        "restitution" in name for name in known
-    )
+    known = {entry["name"] for entry in model.fixed} & set(LAWS[1:])
+    return bool(known) or len({(trial.body, trial.surroundings.restitution) for trial in trials}) > 1
 
 
 def _changing(readings):
@@ -98,24 +100,20 @@ def _told(problem, fit, readings, reference, held_out):
     found = {"restitution": level.numbers["coefficient"]} | own.numbers
     spread = np.sqrt(np.diag(fit.covariance_at(max(fit.reduced, 1.0)))[-len(found) :])
     numbers = {name: interval(value, error, "1") for (name, value), error in zip(found.items(), spread, strict=True)}
-    text, names = _sentence(numbers, reference, speeds), [term.name for term in fit.model.terms]
-    band = _band(values, errors, speeds, lambda speed: law(speed, reference, **found))
-    error = problem.error(fit.linearization.projected[0])
-    remains = {"effects": names, "chi2_per_freedom": fit.reduced, "error": error, "foreseen": False}
-    told = text, _source(text, reference, **found), held_out, band, ()
-    return Learned("speed", "power", numbers, *told, fit, beside_last(fit), remains, quantity="restitution [-]")
-
-
-def law(speed, reference, restitution, change, exponent):
-    """Restitution at a speed of impact [m/s]; `restitution` is that at the reference."""
-    return np.clip(restitution + change * ((speed / reference) ** exponent - 1.0), 0.0, 1.0)
+    of_law = partial(_kind(reference, **own.numbers)().at, found["restitution"])
+    text = _sentence(numbers, reference, speeds, of_law)
+    told = text, _source(text, reference, **own.numbers), held_out, _band(values, errors, speeds, of_law), ()
+    left = beside_last(fit), left_with(problem, fit)
+    return Learned("speed", "power", numbers, *told, fit, *left, quantity="restitution [-]")
 
 
 def _read(values, errors, speeds, reference):
     """The numbers of the law as readings (n,) show them."""
+    kind = _kind(reference)
 
     def missed(numbers):
-        return (law(speeds, reference, *numbers) - values) / errors
+        restitution, change, exponent = map(float, numbers)
+        return (kind(change=change, exponent=exponent).at(restitution, speeds) - values) / errors
 
     bounds = np.array([(0.0, 1.0), (-1.0, 1.0), (FLATTEST, STEEPEST)]).T
     found = optimize.least_squares(missed, (float(np.clip(np.median(values), 0.01, 0.99)), 0.0, 1.0), bounds=bounds).x
@@ -125,28 +123,32 @@ def _read(values, errors, speeds, reference):
 def _refitted(problem, fit, numbers, reference):
     """Fit of the model with a restitution of its own and the law behind it, in place of what it has of both, through the
     simulator."""
-    kind = module_of(_source("..", reference, **numbers), "learned_effect", "learned_effect.py").LearnedRestitution
+    kind = _kind(reference, numbers["change"], numbers["exponent"])
     trial, model = problem.trials[0], fit.model
     level, own = (
         candidate(each, trial.surroundings, rigid_body(trial.body), True, own=each is kind) for each in (mb.Restitution, kind)
     )
-    model = replace(model, terms=tuple(term for term in model.terms if "restitution" not in term.name))
+    model = replace(model, terms=tuple(term for term in model.terms if term.name not in LAWS))
     model = model.with_term(Term(level, ()).at({"coefficient": numbers["restitution"]}))
-    return problem.fit(
-        model.with_term(Term(own, ()).at({free.name: numbers[free.name] for free in own.free})), fit.initial_states
-    )
+    model = model.with_term(Term(own, ()).at({free.name: numbers[free.name] for free in own.free}))
+    return problem.fit(model, fit.initial_states)
 
 
-def _source(text, reference, change, exponent, **_):
+def _kind(reference, change=0.0, exponent=1.0):
+    """The effect class that the file defines: what is tried is the text of it."""
+    return module_of(_source("..", reference, change, exponent), "learned_effect", "learned_effect.py").LearnedRestitution
+
+
+def _source(text, reference, change, exponent):
     """The text of the effect's file."""
     ends = f"low={FLATTEST!r}, high={STEEPEST!r}, least={FLATTEST!r}, most={STEEPEST!r}"
     return SOURCE.format(text=text, reference=reference, change=change, exponent=exponent, ends=ends)
 
 
-def _sentence(numbers, reference, speeds):
-    """What the law says of the speeds (n,) of the impacts, in one sentence."""
+def _sentence(numbers, reference, speeds, of_law):
+    """What the law says of the speeds (n,) of the impacts, in one sentence; of_law: speed [m/s] -> restitution."""
     values = {name: entry["value"] for name, entry in numbers.items()}
-    slow, fast = (f"{law(speed, reference, **values):.3f} at {speed:.2g} m/s" for speed in (speeds.min(), speeds.max()))
+    slow, fast = (f"{of_law(speed):.3f} at {speed:.2g} m/s" for speed in (speeds.min(), speeds.max()))
     way, sign = ("falls", "-") if values["change"] < 0 else ("grows", "+")
     grown = f"{abs(values['change']):.3g} ((v/{reference:.3g} m/s)^{values['exponent']:.3g} - 1)"
     told = f"by a part that goes as speed^{number_told(numbers['exponent'])}: e = {values['restitution']:.3g} {sign} {grown}"

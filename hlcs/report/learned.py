@@ -57,8 +57,7 @@ def caption(learned):
     """What the marks of its picture mean."""
     if not learned.band:
         return "How far it moves what is seen, along each axis."
-    what = learned.quantity.split(" [")[0].replace("/", "per").capitalize()
-    return f"{what} as the recordings show it, place by place." + " The line is the law." * ("law" in learned.band)
+    return "As the recordings show it, place by place." + " The line is the law." * ("law" in learned.band)
 
 
 def _table(learned, ax):

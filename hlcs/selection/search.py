@@ -14,7 +14,6 @@ import numpy as np
 
 from hlcs.estimation.budget import Budget
 from hlcs.estimation.fitting import left_by_segments
-from hlcs.processes import interrupts
 from hlcs.selection.eligibility import lacks_drag
 from hlcs.selection.prediction import LinearModel, Proposal, signatures
 from hlcs.selection.preview import FARTHER, HERE, Preview, misfit
@@ -117,9 +116,7 @@ class Search:
         except KeyboardInterrupt:
             if not self.models:  # nothing is known yet
                 raise
-            interrupts.answered()
-            self.budget.stopped = True
-            self.progress("stopped: judging what was fitted so far (Ctrl-C again gives up)")
+            self.budget.stop(self.progress)
         return self
 
     def wider(self, overdispersion):

@@ -24,8 +24,8 @@ class FittedSets:
     ):
         """overdispersion: how many residuals count as one where no set is adequate; a wrong model concentrates falsely; alone:
         function (problem, fit) -> the fit of a set as it would be, had nothing but this set been looked at; shown: sets that are
-        adequate where none is that held-out data prove; possible: function set -> may it stand; outdone: sets that may, beside a
-        simpler one that does as well."""
+        adequate where none is that held-out data prove; possible: function set -> may it stand; outdone: sets that may stand, but
+        not as the best one, since a part of them does as well."""
         self.search, self.cross_validation, self.overdispersion, self.alone = search, cross_validation, overdispersion, alone
         self.shown, self.possible, self.outdone = shown, possible, outdone
         self.judged = {}  # (set, effect) -> HeldOut
@@ -76,7 +76,7 @@ class FittedSets:
         test stands always."""
         search = self.search
         while True:
-            cheapest = next(effects for effects in self.ranked if effects not in self.outdone and self.stands(effects))
+            cheapest = next(effects for effects in self.ranked if self.leads(effects))
             parts = {effects: fit for effects, fit in search.reduced.items() if search.fits.get(effects) is not fit}
             search.fits |= parts
             del self.ranked
@@ -91,10 +91,13 @@ class FittedSets:
         near = [
             effects
             for effects in self.ranked
-            if len(effects) == len(cheapest) and self.cost(effects) - self.cost(cheapest) <= EQUAL
-            if effects not in self.outdone and self.stands(effects)
+            if len(effects) == len(cheapest) and self.cost(effects) - self.cost(cheapest) <= EQUAL and self.leads(effects)
         ]
         return min(near, key=lambda effects: (len(self.search.fits[effects].numbers), self.search.fits[effects].implausible))
+
+    def leads(self, effects):
+        """May a set be the best one?"""
+        return effects not in self.outdone and self.stands(effects)
 
     def stands(self, effects):
         """Does every effect of a set lower the held-out error beside the others, and more than absorb where nothing explains the

@@ -106,10 +106,12 @@ def learned_law(experiment, sets):
     absorbs more than a law of one.
     """
     search, effects = sets.search, sets.best
-    best = search.fits[effects]
-    found = experiment.learn(search.problem, best, best)
-    bare = search.implied if search.implied in search.fits else frozenset()
-    alone = experiment.learn(search.problem, search.fits[bare], best) if bare != effects else None
+    best, bare = search.fits[effects], search.implied if search.implied in search.fits else frozenset()
+    try:
+        found = experiment.learn(search.problem, best, best)
+        alone = experiment.learn(search.problem, search.fits[bare], best) if bare != effects else None
+    except KeyboardInterrupt:  # the verdict is known
+        return search.budget.stop(search.progress)
     if not (alone and alone.fit):
         return found
     if explained(best, alone.fit) < HELPS:
@@ -185,10 +187,11 @@ def best_shown(sets, fitted, finished):
         without = {name: sets.without(sets.best, name) for name in sorted(sets.best)}
         hidden = [rest for name, rest in without.items() if not shows(told[1], name)]
         tied = [rest for rest in without.values() if rest in sets.tied and rest - sets.search.implied]
-        adequate = [rest for rest in (*hidden, *tied) if rest in sets.search.fits and finished(rest)[2].adequate]
-        if not adequate:
+        fitted_ones = (rest for rest in (*hidden, *tied) if rest in sets.search.fits)
+        adequate = next((rest for rest in fitted_ones if finished(rest)[2].adequate), None)
+        if adequate is None:
             return sets, told
-        (left_out if adequate[0] in hidden else outdone).add(sets.best)
+        (left_out if adequate in hidden else outdone).add(sets.best)
         sets = fitted(1.0, possible=lambda effects: effects not in left_out, outdone=frozenset(outdone))
 
 

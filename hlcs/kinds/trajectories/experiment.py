@@ -2,7 +2,7 @@
 
 from collections import Counter
 from dataclasses import replace
-from functools import partial
+from functools import cached_property, partial
 from itertools import combinations
 
 import numpy as np
@@ -91,6 +91,11 @@ class Trajectories:
         self.measurement = let_go(self.measurement, noise, [starts_seated(trial, noise) for trial in measurement.trials])
         self.notes = (*self.measurement.notes, *self._noise.notes)
 
+    @cached_property
+    def _impacts(self):
+        """What impacts show without the model, [Impact]."""
+        return read_impacts(self.measurement, self._noise)
+
     @property
     def judgeable(self):
         return self._noise.known
@@ -114,7 +119,7 @@ class Trajectories:
         prepared = without(prepared, aside) if aside else prepared
         adequacy, table = judge(prepared.problem, prepared.base)
         unit = prepared.problem.unit
-        impacts = read_impacts(self.measurement, self._noise)
+        impacts = self._impacts
         error = misfit(table["residual"][have_unit(table["channel"], unit)], unit, prepared.problem.noise_level)
         shown = {
             "trials": tuple(trial.name for trial in prepared.problem.trials),
@@ -143,9 +148,8 @@ class Trajectories:
 
     def learn(self, problem, fit, best):
         """The Learned law that explains what a fit leaves, of rebounds or of a force, or None; best: Fit of the best effects."""
-        impacts = read_impacts(self.measurement, self._noise) if problem.simulator.contact else []
-        rebounds = learn_rebounds(problem, fit, best, impacts, polished, self.measurement.file.hold_out)
-        return rebounds or learn(problem, fit)
+        impacts = self._impacts if problem.simulator.contact else []
+        return learn_rebounds(problem, fit, best, impacts, polished, self.measurement.file.hold_out) or learn(problem, fit)
 
     @staticmethod
     def moved(problem):
@@ -162,7 +166,7 @@ class Trajectories:
     def search(self, candidates):
         noise, own = self._noise, self.options.user_effects
         contact, measurement = touches(self.measurement.trials, noise), thinned(self.measurement, noise)
-        read, around = read_impacts(self.measurement, noise), measurement.trials[0].surroundings
+        read, around = self._impacts, measurement.trials[0].surroundings
         impacts = differing_from_model(read, around)
         likely = terms_shown(self._candidates(measurement, contact, candidates)[0], impacts)
         few, many, notes = screening_subset(measurement, contact)

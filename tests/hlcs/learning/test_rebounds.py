@@ -53,19 +53,19 @@ def a_fit(chi2, fixed=()):
 )
 def test_without_a_change_that_impacts_show_no_law_is_tried(readings, where, monkeypatch):
     monkeypatch.setattr(rebounds, "_refitted", None)
-    assert rebounds.learn_rebounds(where, a_fit(1e4), a_fit(1e4), readings, None) is None
+    assert rebounds.learn_rebounds(where, a_fit(1e4), a_fit(1e4), readings, None, "group") is None
 
 
 def test_a_law_of_the_file_itself_and_what_cannot_be_simulated_leave_the_verdict_as_it_is(monkeypatch):
     readings, own = impacts(lambda speed: 0.9 - 0.03 * speed), ({"name": "velocity_dependent_restitution", "exponent": 0.1},)
     monkeypatch.setattr(rebounds, "_refitted", None)
-    assert rebounds.learn_rebounds(problem(), a_fit(1e4, own), a_fit(1e4), readings, None) is None
+    assert rebounds.learn_rebounds(problem(), a_fit(1e4, own), a_fit(1e4), readings, None, "group") is None
 
     def refused(*_):
         raise hlcs.InputError("leaves the finite numbers")
 
     monkeypatch.setattr(rebounds, "_refitted", refused)
-    assert rebounds.learn_rebounds(problem(), a_fit(1e4), a_fit(1e4), readings, None) is None
+    assert rebounds.learn_rebounds(problem(), a_fit(1e4), a_fit(1e4), readings, None, "group") is None
 
 
 @pytest.mark.parametrize(("left", "told"), [(500.0, True), (2000.0, False), (1e4, False)])
@@ -75,7 +75,7 @@ def test_a_law_is_told_where_it_leaves_less_than_a_tenth_of_what_known_effects_l
     monkeypatch.setattr(rebounds, "_refitted", lambda *_: a_fit(left))
     monkeypatch.setattr(rebounds, "_told", lambda *_: "told")
     readings = impacts(lambda speed: 0.9 - 0.03 * speed)
-    found = rebounds.learn_rebounds(problem(), a_fit(1e6), a_fit(1e4), readings, lambda problem, fit: fit)
+    found = rebounds.learn_rebounds(problem(), a_fit(1e6), a_fit(1e4), readings, lambda problem, fit: fit, "group")
     assert found == ("told" if told else None)
 
 
@@ -83,7 +83,7 @@ def test_the_law_is_an_effect_that_keeps_all_rules():
     source = rebounds._source("Restitution falls.", 2.0, change=-0.06, exponent=1.0)
     kind = rebounds.module_of(source, "learned_effect", "learned_effect.py").LearnedRestitution
     assert mb.check_effect(kind())
-    assert rebounds.law(4.0, 2.0, 0.84, -0.06, 1.0) == pytest.approx(0.9 - 0.03 * 4.0)
+    assert kind().at(0.84, 4.0) == pytest.approx(0.9 - 0.03 * 4.0)
 
 
 def drop(height, duration, restitution):

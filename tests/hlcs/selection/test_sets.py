@@ -426,6 +426,17 @@ def test_a_law_learned_without_the_best_set_stands_where_it_does_better_not_wher
     assert learned_law(experiment, sets) is (alone if stands else of_best)
 
 
+def test_ctrl_c_while_a_law_is_learned_loses_no_verdict(generator):
+    def interrupted(problem, fit, best):
+        raise KeyboardInterrupt
+
+    clear = sets(0.3, generator)
+    clear.search.budget.stopped, said = False, []
+    clear.search.progress = said.append
+    assert learned_law(SimpleNamespace(learn=interrupted), clear) is None
+    assert clear.search.budget.stopped and "Ctrl-C again gives up" in said[-1]
+
+
 def test_a_number_that_the_time_step_tells_worse_than_the_data_is_told_with_what_to_do():
     """An error of the step of two standard errors of the data, and one of half of it."""
     times = [np.arange(5.0)]
