@@ -11,6 +11,7 @@ from minibullet.kernels import leaf
 
 DEEP = 0.01  # overlap, in radii of the smaller body, that is told: rounding and the noise of measured poses stay below it [-]
 MOST = 8  # pairs that one line names [-]
+AGAIN = 2.0  # times as many pairs as the last line on overlaps counted, or times its depth: only then comes another [-]
 TINY = 1e-300  # square of a velocity that is counted as one, so that nothing is divided by zero [m2/s2, 1/s2]
 OWN_FRAMES = 6  # calls between the user's line and the warning: step, _advance, _step, look, _overlaps or another, _tell [-]
 
@@ -59,6 +60,7 @@ class Notices:
 
     def __init__(self):
         self.texts, self._pairs, self._hasty, self._stiff = [], set(), False, False
+        self._counted, self._deepest = 0, 0.0  # pairs in overlap so far and the deepest overlap [m], as the last line had them
 
     def look(self, world, pair, gap, size, motion_bound, acting, inverse):
         """Tell what the contacts (m,) with which a step begins, the bound on every body's way in it (n,), and each effect with
@@ -77,15 +79,18 @@ class Notices:
         for a, b, value in zip(*pair[deep].T.tolist(), gap[deep].tolist(), strict=True):
             if (scene.moving[a] or scene.moving[b]) and (a, b) not in self._pairs:
                 depth[a, b] = max(depth.get((a, b), 0.0), -value)
-        if not depth:
-            return
         self._pairs.update(depth)
+        deepest = max(depth.values(), default=0.0)
+        if not depth or (len(self._pairs) < AGAIN * self._counted and deepest < AGAIN * self._deepest):
+            return
+        before, self._counted, self._deepest = self._counted, len(self._pairs), max(deepest, self._deepest)
         worst = sorted(depth, key=lambda pair: -depth[pair])
         listed = ", ".join(f"{scene.names[a]!r} and {scene.names[b]!r} by {depth[a, b]:.3g} m" for a, b in worst[:MOST])
         more = f" and {len(worst) - MOST} more pairs, see World.overlaps()" if len(worst) > MOST else ""
+        so_far = f" ({len(self._pairs)} pairs so far)" if before else ""
         self._tell(
-            f"{when}: bodies overlap: {listed}{more}; they are moved apart little by little, without a blow; where they were put "
-            "so, put them apart or call World.separate(), else give a shorter time_step or more iterations"
+            f"{when}: bodies overlap: {listed}{more}{so_far}; they are moved apart little by little, without a blow; "
+            "where they were put so, put them apart or call World.separate(), else give a shorter time_step or more iterations"
         )
 
     def _haste(self, when, scene, pair, motion_bound, time_step):

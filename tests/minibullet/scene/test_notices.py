@@ -72,6 +72,27 @@ def test_only_so_many_pairs_are_named():
     assert world.notices[0].count(" by 1 m") == 8
 
 
+def test_a_heap_tells_of_overlaps_again_only_where_they_are_twice_as_many_or_as_deep():
+    """Pairs put into each other one after another, equally deep: the 1st, 2nd, 4th and 8th of ten are told, with how many there
+    were; then one of twice the depth is."""
+    world = mb.World()
+    for k in range(22):
+        world.add(mb.Box(1, 1, 1), mass=1.0, position=(3.0 * k, 0, 0), name=f"u{k}")
+
+    def put(k, gap):
+        world.bodies[2 * k + 1].position = world.bodies[2 * k].position + (gap, 0, 0)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            world.step()
+
+    for k in range(10):
+        put(k, 0.9)
+    assert [text.split(", ")[0] for text in world.notices] == [f"step {step}" for step in (1, 2, 4, 8)]
+    assert "'u14' and 'u15' by 0.1 m (8 pairs so far)" in world.notices[-1]
+    put(10, 0.8)
+    assert len(world.notices) == 5 and "'u20' and 'u21' by 0.2 m (11 pairs so far)" in world.notices[-1]
+
+
 def test_groups_frozen_bodies_and_seated_ones_are_told_nothing_of():
     """Bodies of different groups never touch; two fixed bodies may share a place; a body 2 mm in the floor is measured so."""
     world = mb.World([mb.Gravity()])
