@@ -40,7 +40,6 @@ class Scene(NamedTuple):
     """What a change of the measurement may know of B runs seen together."""
 
     still_before: np.ndarray  # the body is known to rest until its release, boolean (B,)
-    floor_height: float | None  # [m]
     low: float  # lowest and highest measured height of the whole experiment [m]
     high: float
     session: np.ndarray | None = None  # names of the sessions of the runs (B,)

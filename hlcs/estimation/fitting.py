@@ -100,7 +100,8 @@ class Elimination:
             firm = [least_squares(n, r, FIRM).estimate for n, r in zip(columns, white, strict=True)]
             if not all(map(np.array_equal, firm, ways[0])):
                 ways.append(firm)
-            initial_states, white, fall = self.step(model, initial_states, white, ways)
+            tried = [initial_states, *(self.problem.stepped(initial_states, moves) for moves in ways)]
+            initial_states, white, fall = self.nearest(model, tried, white)
             moved = True
             slow, before = promised > HELD * before, promised
             if fall < HELD * promised or renew and slow:
@@ -108,13 +109,6 @@ class Elimination:
                     break
                 columns, fresh = renewed(), True
         return initial_states, white
-
-    def step(self, model, initial_states, white, ways):
-        """(initial states, white residuals, fall of chi2) after moves of the states, several ways to take.
-
-        Each recording takes the way that fits it best, and none where none fits it better.
-        """
-        return self.nearest(model, [initial_states, *(self.problem.stepped(initial_states, moves) for moves in ways)], white)
 
     def nearest(self, model, options, white):
         """(initial states, white residuals, fall of chi2) of the option, (trials, 13) each, that fits each recording best; white:

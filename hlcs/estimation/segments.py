@@ -152,7 +152,6 @@ def halved(problem, model, which, shortest=SHORTEST):
         aside += np.split(flags, [len(parts[0].trial.times)])[: len(parts)]
     finer = _problem(problem, model, segments)
     finer.leave_out(aside)
-    finer.overdispersion = problem.overdispersion
     return finer
 
 

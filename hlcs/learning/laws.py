@@ -216,7 +216,7 @@ def one_law(variable, form, way, values, ranges, axes=AXES):
         return oscillation(lines, ranges, axes)
     if form == "table":
         way = "direction" if way == "axes" else way
-        searched, given, shape, begins, linear = table(variable, unit, values)
+        searched, given, shape, begins, linear = table(variable, values)
     else:
         searched, given, shape, begins = SHAPES[form](variable, unit, inverse, values, ranges.duration)
         names = [f"strength_{axis}" for axis in axes] if way == "axes" else ["strength"]
@@ -279,7 +279,7 @@ def knots_of(values):
     return np.linspace(*np.quantile(values, (0.01, 0.99)), KNOTS)
 
 
-def table(variable, unit, values):
+def table(variable, values):
     """(searched, given, lines, begins, linear numbers) of straight lines between knots; of a heading, of two harmonics."""
     if variable == "heading":
         terms = {

@@ -35,7 +35,7 @@ def renewed(search, begun):
     bare = frozenset()
     if not (search.problem.simulator.contact and bare in search.models):
         return after
-    after.models[bare], after.unsure = search.models[bare], search.unsure
+    after.models[bare] = search.models[bare]
     after.implied, after.shown = search.implied, search.shown
     anew = {id(search.base): after.base}  # what sets were foreseen from -> the same on the data as they are now
     for effects, (proposal, parent) in search.foreseen.items():

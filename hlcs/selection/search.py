@@ -63,7 +63,11 @@ class Search:
 
     def cost(self, effects):
         """-2 log of the posterior probability of a fitted set, up to a constant of the data."""
-        return self.fits[effects].cost + self.price(effects, self.fits[effects])
+        return self.cost_of(effects, self.fits[effects])
+
+    def cost_of(self, effects, fit):
+        """The same of any Fit of a set."""
+        return fit.cost + self.price(effects, fit)
 
     def price(self, effects, fit=None):
         """The odds against a set: against each effect, once more against a law that holds another as a special case; where the
@@ -133,9 +137,9 @@ class Search:
 
     def limit(self, effects):
         """What a fit of a set may cost, its price aside, to be within reach of the best one that is known by now."""
-        known = [(self.cost(best := self.ranked()[0]), self.fits[best])]
-        known += [(fit.cost + self.price(its, fit), fit) for its, fit in self.ended.items()]
-        return min(cost + self.reach(fit) for cost, fit in known) - self.price(effects)
+        best = self.ranked()[0]
+        known = (best, self.fits[best]), *self.ended.items()
+        return min(self.cost_of(its, fit) + self.reach(fit) for its, fit in known) - self.price(effects)
 
     def _expand_and_refit(self, pause):
         self.expand()
@@ -200,8 +204,7 @@ class Search:
             if effects not in self.fits or fit.cost < self.fits[effects].cost:
                 self.fits[effects] = fit
             if proposal.fall > 0:
-                found = max(misfit(parent) - misfit(fit), 0.0)
-                self.found.setdefault(id(parent), []).append((effects, found, proposal.fall))
+                self.found.setdefault(id(parent), []).append((effects, max(misfit(parent) - misfit(fit), 0.0), proposal.fall))
 
     def parts_first(self, proposals, limit):
         """[(Proposal, Fit it was foreseen from)] to be fitted now: what is simpler than these sets and not fitted, and of them

@@ -62,7 +62,10 @@ class FittedSets:
 
     def cost(self, effects):
         """-2 log of the posterior probability of a fitted set, up to a constant of the data."""
-        fit = self.search.fits[effects]
+        return self.cost_of(effects, self.search.fits[effects])
+
+    def cost_of(self, effects, fit):
+        """The same of any Fit of a set."""
         return fit.tempered(self.overdispersion) + self.search.price(effects, fit)
 
     @cached_property
@@ -203,7 +206,7 @@ class FittedSets:
     def worth(self, effects, name):
         """By how much the cost of a set would rise without one of its effects."""
         rest = self.without(effects, name)
-        return self.fit(rest).cost + self.search.price(rest, self.fit(rest)) - self.search.cost(effects)
+        return self.search.cost_of(rest, self.fit(rest)) - self.search.cost(effects)
 
     def ordered(self, effects):
         """The effects of a set as a tuple, what it needs most first."""

@@ -168,13 +168,12 @@ class Simulator:
         return [(step / 2.0 ** key[0], key[1], np.flatnonzero((its == key).all(axis=1))) for key in np.unique(its, axis=0)]
 
     def _in_a_flight(self, index, request):
-        """[(time step, what runs that fly together have in common, runs)]: the same surroundings, save that floors may differ
-        where no effect reads them. A model whose first steps are short flies alone: its steps are not to depend on others."""
-        owner, floors_matter = request.owner, bool({"wall_drag", "ground_cushion"} & set(request.model.names))
-        shared = {}
+        """[(time step, what runs that fly together have in common, runs)]: the same surroundings, but for floors: nothing touches
+        them, and effects that know of one are each run's own. A model whose first steps are short flies alone: its steps are not
+        to depend on others."""
+        owner, shared = request.owner, {}
         for b, who in enumerate(owner):
-            surroundings = self.trials[who].surroundings
-            key = surroundings if floors_matter else replace(surroundings, floor_height=None, floor_normal=())
+            key = replace(self.trials[who].surroundings, floor_height=None, floor_normal=())
             shared.setdefault(key, []).append(b)
         steps, found = np.ceil(self.durations / self.time_step).astype(int) + 1, []
         for key, members in shared.items():
@@ -241,8 +240,7 @@ class Simulator:
         if changes:
             stated = np.array(["velocity" in self.trials[who].start for who in owner])
             still, sessions = np.all(initial_states[:, 3:6] == 0, axis=1) & stated, [self.trials[who].session for who in owner]
-            floor = self.trials[owner[0]].surroundings.floor_height
-            scene = Scene(still, floor, *self.height_range, np.array(sessions))
+            scene = Scene(still, *self.height_range, np.array(sessions))
             for change in changes:
                 observe = change.look(observe, scene)
         return observe

@@ -153,12 +153,12 @@ def covariance(data, variance, doubt):
     return matrix + np.outer(doubt, doubt) * (data.case[:, None] == data.case)
 
 
-def adequacy(data, model, residual, columns, unsure, draws=4000, seed=0):
+def adequacy(data, model, residual, columns, unsure, draws=4000):
     """(chi2, p, its 99 % quantile) of residuals (n,) by parametric bootstrap: draws of tests that agree, each judged by its own
     scatter. With five tests the chi-squared law is far too sure. columns: derivatives (n, p) of fitted numbers, projected out;
     unsure: the `doubt` (n,) of the model.
     """
-    generator, size = np.random.default_rng(seed), len(data.value)
+    generator, size = np.random.default_rng(0), len(data.value)
     draws = min(draws, max(200, int(4e7 / size**2)))  # the matrices of all draws are held at once
     shape, total = (draws, size), data.variance + model.variance
     cases, case = np.unique(data.case, return_inverse=True)
