@@ -80,8 +80,8 @@ class Tabulated:
     """What the kinds of measurement have in common whose models foretell every number of a table at once."""
 
     @staticmethod
-    def polisher(problem, best):
-        """Function fit -> (problem, fit) as they are: no time step stands between them and the numbers."""
+    def polisher(problem, best, on_all):
+        """Function fit -> (problem, fit) as they are: no time step stands between them and the numbers, and all rows are used."""
         return lambda fit: (problem, fit)
 
     @staticmethod

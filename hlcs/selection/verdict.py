@@ -40,20 +40,20 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     """The Selection from a search that has run.
 
     experiment: has `measure` of the error, `judge` (problem, fit) -> (Adequacy, table of observations), `where` (problem,
-    table) -> rows, `polisher` (problem, best fit) -> function fit -> the final ones, `polished_notes` (problem, final one) ->
-    what that changed, `alone` (problem, fit) -> a fit that owes nothing to other sets, `with_step_error` (problem, fit) ->
-    one whose numbers have that of the time step, `learn` (problem, fit, best fit) -> the law that explains the rest, or None,
+    table) -> rows, `polisher` (problem, best fit, on_all) -> function fit -> the final ones, `polished_notes` (problem, final
+    one) -> what that changed, `alone` (problem, fit) -> a fit that owes nothing to other sets, `with_step_error` (problem, fit)
+    -> one whose numbers have that of the time step, `learn` (problem, fit, best fit) -> the law that explains the rest, or None,
     `noise_shown` (problem, fit) -> the noise with which all would be explained, or None, `starts_shown` (problem, fit) -> the
     starts with which it would be, or None, `moved` (problem) -> how fast bodies moved, and `pictures`; prepared: has the
     problem and the fit of the model under test; absent: {name: why it was not tried}; on_all: function (problem, fit) -> the
     same on all rows, for the verdict and the numbers, where the search has fewer.
     """
     problem, base = prepared.problem, prepared.base
-    polished = experiment.polisher(problem, search.fits[search.ranked()[0]])
-    judged = on_all(*polished(base))
+    polished = experiment.polisher(problem, search.fits[search.ranked()[0]], on_all)
+    judged = polished(base)
     before, table_before = experiment.judge(*judged)
     known = {frozenset(): (base, (*judged, before, table_before))}
-    finished = finals(experiment, search, known, lambda fit: on_all(*polished(fit)))
+    finished = finals(experiment, search, known, polished)
     fitted = partial(FittedSets, search, cross_validation, alone=experiment.alone)
     sets, (judged, best, after, table_after) = best_set(fitted, finished)
     learned = None if after.adequate or search.budget.stopped else learned_law(experiment, sets)
@@ -63,7 +63,7 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     search.progress("comparing sets")
     ordered, places = sets.ordered(effects), sets.alternatives()
     final = search.fits[effects]
-    told = {members: experiment.with_step_error(problem, search.fits[members]) for members in sets.tied}
+    told = {members: experiment.with_step_error(problem, search.fits[members]) for members in sets.tied[1:]}
     told |= {members: finished(members)[1] for members in (effects, *sets.absorbing)}
     errors = partial(held_out_error, problem, cross_validation)
     parameters = _parameters(sets, told, sets.tied)

@@ -68,7 +68,8 @@ def on_all_rows(measurement):
         fit = full.fit(fit.model, fit.initial_states)
         if first:
             fit, _ = without_isolated(full, fit)
-        return full, corrected(full, fit, final=True)[0] if simulator.contact else fit
+            fit = corrected(full, fit)[0] if simulator.contact else fit
+        return full, fit
 
     return on_all
 

@@ -171,12 +171,16 @@ def polished(problem, fit):
     return _aside(problem, fit, better)
 
 
-def polisher(problem, best):
-    """Function fit -> (Problem, final fit), with the Problem as the best fit needs it: of segments see `split_lost`."""
+def polisher(problem, best, on_all):
+    """Function fit -> (Problem, final fit) on all rows, with the Problem as the best fit needs it (of segments see `split_lost`);
+    on_all: (problem, fit) -> the same on all rows."""
     finer = split_lost(problem, best) if problem.segmented else problem
-    if finer is problem:
-        return lambda fit: (problem, polished(problem, fit))
-    return lambda fit: (finer, polished(finer, carried(finer, problem, fit)))
+
+    def final(fit):
+        judged, fit = on_all(finer, fit if finer is problem else carried(finer, problem, fit))
+        return judged, polished(judged, fit)
+
+    return final
 
 
 def alone(problem, fit):
