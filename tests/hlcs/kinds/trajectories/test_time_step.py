@@ -13,7 +13,16 @@ from hlcs.estimation.correlated_noise import CorrelatedNoise
 from hlcs.estimation.noise_model import Noise
 from hlcs.kinds.trajectories import time_step
 from hlcs.kinds.trajectories.preparation import posed
-from hlcs.kinds.trajectories.time_step import each_in_its_steps, misfit_by_step, polished, richardson, settling, with_step_error
+from hlcs.kinds.trajectories.thinning import on_all_rows, thinned
+from hlcs.kinds.trajectories.time_step import (
+    each_in_its_steps,
+    misfit_by_step,
+    polished,
+    polisher,
+    richardson,
+    settling,
+    with_step_error,
+)
 from hlcs.selection.eligibility import candidates_for
 from hlcs.simulation.model import Model, Term
 from hlcs.simulation.simulator import Motion
@@ -162,3 +171,16 @@ def test_intervals_are_measured_only_where_the_model_may_be_right(tmp_path, monk
     monkeypatch.setattr(time_step, "measured_errors", lambda problem, fit: measured.append(fit) or fit)
     told = polished(problem, fit)
     assert bool(measured) != wrong and np.isfinite(told.covariance).all()
+
+
+def test_numbers_of_a_search_of_fewer_rows_are_made_final_on_all(tmp_path, monkeypatch):
+    """Of 2,000 rows the search has every tenth: the error of the slope, measured to both sides, is that of all rows."""
+    monkeypatch.setattr("hlcs.kinds.trajectories.thinning.MOST_SEARCHED", 200)
+    whole, model = slides(tmp_path, 0.3, 1e-3)
+    measurement = read_recordings(read_experiment_file(tmp_path / "slides.toml"))
+    few = posed(thinned(measurement, whole.noise), whole.noise, model, True)
+    fit = few.fit(model)
+    problem, told = polisher(few, fit, on_all_rows(measurement))(fit)
+    assert fit.count < 800 and told.count == whole.fit(model).count > 5000
+    assert problem is not few and np.shape(told.sides) == (2, 1)
+    assert told.covariance[0, 0] == pytest.approx(polished(whole, whole.fit(model)).covariance[0, 0], rel=0.05)
