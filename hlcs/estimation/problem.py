@@ -25,7 +25,7 @@ class Problem:
     """Base of the problems: what is common once residuals and linearisation are known.
 
     A kind of measurement sets `trials`, `noise`, `simulator`, `recordings`, `unit` (of the error as it is told) and
-    `difference_steps` ({}), and defines `initial_guess()`, `residuals(model, initial_states)` and
+    `difference_steps` ({}, for what answers with noise of its own), and defines `initial_guess()`, `residuals(model, initial_states)` and
     `linearise(model, initial_states)`.
     """
 
@@ -117,7 +117,7 @@ class Problem:
                 amount = max(amount * fitting, least)
             else:
                 break
-        if not known:
+        if not known and self.simulator.contact:
             self.difference_steps[name, free.name] = min(amount, widest * WIDE / reach)
         moves = [np.zeros(columns.shape[1]) for columns in linear().state_columns]
         if self.simulator.contact and any(len(move) for move in moves) and np.isfinite(size(changes)):

@@ -29,6 +29,23 @@ def test_a_derivative_may_be_taken_as_far_as_a_value_that_is_known():
         np.testing.assert_allclose(columns[0], TIMES[0] / 0.5, rtol=1e-10, atol=1e-10)
 
 
+def test_where_nothing_touches_a_derivative_does_not_depend_on_those_that_were_taken_before():
+    """log(1 + rate/k) t, k a ten-thousandth of the range: first at zero, as a candidate is screened, then at k, where it is
+    t/(2 k) to 0.1 %. The difference for zero, k too, would give four fifths of it."""
+
+    class Bent(Line):
+        def residuals(self, model, initial_states):
+            moved = np.log1p(1e3 * model.terms[0].numbers["rate"])
+            return [y - moved * t - state[0] for t, y, state in zip(self.times, self.values, initial_states, strict=True)]
+
+    problem = Bent(TIMES, [2.0 * t for t in TIMES], 0.5)
+    for rate in (0.0, 1e-3):
+        linear = problem.linearise(model(rate), problem.initial_guess())
+        here = (lambda known=linear: known), problem.initial_guess()
+        columns, _ = problem.derivative("linear_drag", RATE.free[0], rate, model, *here)
+    np.testing.assert_allclose(columns[0], TIMES[0] / 2e-3 / 0.5, rtol=1e-3, atol=1e-9)
+
+
 def test_a_difference_is_a_part_of_the_range_or_of_the_value():
     free = RATE.free[0]
     assert difference_step(free, 3.0) == pytest.approx(1e-3)
