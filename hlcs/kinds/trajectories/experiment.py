@@ -214,9 +214,10 @@ class Trajectories:
         if few is many or Stopped.among(first.notes):
             return replace(first, notes=(*notes, *first.notes))
         self.options.log("fitting more recordings")
-        names = {*first.effects, *(name for members in first.ambiguous for name in members)}
+        found = numbers_found(first, chosen)
+        names = set().union(*found)
         kept = [candidate for candidate in chosen if candidate.name in names]
-        confirmed = searched(prepare(many, own, noise, likely), kept, {}, numbers_found(first, kept))
+        confirmed = searched(prepare(many, own, noise, likely), kept, {}, found)
         others = tuple(on_fewer(each, len(few.trials)) for each in first.candidates if each.effect not in names)
         left_out = (note for note in OutOfTime.among(first.notes) if note not in confirmed.notes)
         return replace(confirmed, candidates=confirmed.candidates + others, notes=(*notes, *confirmed.notes, *left_out))
