@@ -67,7 +67,7 @@ class Linearization:
         return total
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # no other one is the same
 class Fit:
     """A fitted model."""
 

@@ -37,16 +37,16 @@ def renewed(search, begun):
         return after
     after.models[bare] = search.models[bare]
     after.implied, after.shown = search.implied, search.shown
-    anew = {id(search.base): after.base}  # what sets were foreseen from -> the same on the data as they are now
+    anew = {search.base: after.base}  # Fit that sets were foreseen from -> the same on the data as they are now
     for effects, (proposal, parent) in search.foreseen.items():
         if parent is not search.base and effects in search.fits:
             continue
-        if id(parent) not in anew:
-            there = anew[id(parent)] = as_it_was(parent, search.problem)
-            after.found[id(there)] = search.found.get(id(parent), [])
-        if there := anew[id(parent)]:
+        if parent not in anew:
+            anew[parent] = as_it_was(parent, search.problem)
+        if there := anew[parent]:
             moved = min(misfit(there) - misfit(parent), 0.0)
             after.foreseen[effects] = proposal._replace(cost=proposal.cost + moved), there
+    after.found = {there: search.found[parent] for parent, there in anew.items() if there and parent in search.found}
     return after
 
 

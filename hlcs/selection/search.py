@@ -53,7 +53,7 @@ class Search:
         self.foreseen = {}  # set -> (Proposal, Fit that it was foreseen from)
         self.unsure = {}  # set of one effect -> how much less than foreseen it may cost
         self.twins = set()  # sets that do as the best fits do where these stand, whatever is foreseen far from there
-        self.found = {}  # id of a Fit -> [(set that was foreseen from it, fall found, fall foreseen)]
+        self.found = {}  # Fit -> [(set that was foreseen from it, fall found, fall foreseen)]
         self.shown = self.implied = frozenset()  # what the file implies beside the best fit: see `LinearModel.certain`
         self.closed = {frozenset()}  # sets that are not fitted again: they cannot be simulated, or were fitted twice
         self.begun = {}  # set -> the Fits that its own fits were foreseen from
@@ -204,7 +204,7 @@ class Search:
             if effects not in self.fits or fit.cost < self.fits[effects].cost:
                 self.fits[effects] = fit
             if proposal.fall > 0:
-                self.found.setdefault(id(parent), []).append((effects, max(misfit(parent) - misfit(fit), 0.0), proposal.fall))
+                self.found.setdefault(parent, []).append((effects, max(misfit(parent) - misfit(fit), 0.0), proposal.fall))
 
     def parts_first(self, proposals, limit):
         """[(Proposal, Fit it was foreseen from)] to be fitted now: what is simpler than these sets and not fitted, and of them
@@ -322,7 +322,7 @@ class Search:
         """What the fits of sets that were foreseen from a fit found of the fall that was foreseen of them, the median; before any
         all of it, and that counts as one of them: a single law that bends far away says nothing of the others. new: of sets
         that brought one of these effects there; None = of all."""
-        known = [falls for effects, *falls in self.found.get(id(parent), ()) if new is None or effects & new]
+        known = [falls for effects, *falls in self.found.get(parent, ()) if new is None or effects & new]
         found, foreseen = np.array([(1.0, 1.0), *known]).T
         return float(np.median(found / foreseen))
 

@@ -77,7 +77,7 @@ def test_what_is_foreseen_counts_by_the_share_that_fits_with_the_same_effect_fou
     assert search.promising(proposal, search.base, search.cost(frozenset()), False, search.costs_of_parts(frozenset()))
     for found, share in (([(10.0, 20.0), (0.0, 20.0)], 0.5), ([(0.0, 1e6)], 0.5), ([(20.0, 20.0)] + [(4.0, 20.0)] * 3, 0.2)):
         for name, counts in (("wind", False), ("another", True)):
-            search.found[id(search.base)] = [(frozenset({name}), *falls) for falls in found]
+            search.found[search.base] = [(frozenset({name}), *falls) for falls in found]
             assert search.share_found(search.base, {"another"}) == pytest.approx(share if counts else 1.0)
             assert search.share_found(search.base) == pytest.approx(share)
         assert search.likely((proposal, search.base)) == pytest.approx(proposal.cost + (1 - share) * 40.0)
@@ -492,6 +492,7 @@ def test_a_search_that_begins_anew_through_contacts_keeps_what_was_foreseen(cont
         left = 0.1**2 * SXX / 0.1**2  # slope 3 on lines of 2.9, but for what is believed of it
         assert parent.model == search.fits[law].model and parent.chi2 == pytest.approx(left, rel=0.01)
         assert proposal == search.foreseen[other][0]
+        assert after.found == {base: search.found[search.base]}  # of what was foreseen from the other one nothing was fitted
     assert after.run().fits[law].estimate[0] == pytest.approx(2.9, rel=1e-3)
 
 
