@@ -25,8 +25,8 @@ class Problem:
     """Base of the problems: what is common once residuals and linearisation are known.
 
     A kind of measurement sets `trials`, `noise`, `simulator`, `recordings`, `unit` (of the error as it is told) and
-    `difference_steps` ({}, for what answers with noise of its own), and defines `initial_guess()`, `residuals(model, initial_states)` and
-    `linearise(model, initial_states)`.
+    `difference_steps` ({}, for contacts, which answer with some noise of their own), and defines `initial_guess()`,
+    `residuals(model, initial_states)` and `linearise(model, initial_states)`.
     """
 
     shared_doubt = 0.0  # standard deviation of the logarithm of errors that observations share

@@ -12,11 +12,10 @@ from hlcs.learning.flights import flights_of, rows_with_force
 from hlcs.learning.laws import AXES, NEEDED, Ranges, knots_of, laws, one_law, seen
 from hlcs.learning.learned import QUANTILE, Learned, beside_last, interval, left_with, sentence
 from hlcs.learning.regression import Regression
+from hlcs.selection.thresholds import NOISE, TIED
 from hlcs.simulation.model import Term
 
 FEWEST = 3  # flights: two of them must foretell a third
-ALIKE = 6.0  # chi2 by which another variable may foretell worse and still do as well: the tie of the search
-NOISE = 3.0  # standard deviations of chi2 beyond that of noise that a law may miss: with it the model is adequate
 CURVED = 0.05  # share of the force's chi2 that a table may miss beside: straight lines between knots are not the curve
 SEEN = 5.0  # standard deviations of chi2 by which the force must stand above the noise
 STEP = 1 / 240  # of the simulation of a law that swings or goes on and off [s]
@@ -43,13 +42,13 @@ def learn(problem, fit):
     ranges = _ranges(problem, regression)
     ranked = [
         one
-        for one in regression.fits(laws(*ranges), force.explained_by, ALIKE)
+        for one in regression.fits(laws(*ranges), force.explained_by, TIED)
         if force.explained_by(one.law, one.missed, one.unforetold) and _does_it_by_swinging(regression, one)
     ]
     if not ranked:
         return None
     best = _plainest(ranked)
-    alike = dict.fromkeys(one.law.variable for one in ranked if one.score < ranked[0].score + ALIKE)
+    alike = dict.fromkeys(one.law.variable for one in ranked if one.score < ranked[0].score + TIED)
     also = [variable for variable in alike if variable != best.law.variable]
     return _learned(problem, fit, regression, ranges, _fewest_axes(regression, best, ranges), also)
 
@@ -102,7 +101,7 @@ def _measured(regression):
 def _plainest(ranked):
     """Of the laws of the best variable that do as well as the best one, that of the form that comes first in FORMS."""
     best = ranked[0]
-    alike = [one for one in ranked if one.law.variable == best.law.variable and one.score < best.score + ALIKE]
+    alike = [one for one in ranked if one.law.variable == best.law.variable and one.score < best.score + TIED]
     return min(alike, key=lambda one: FORMS.index(one.law.form))
 
 
@@ -168,13 +167,15 @@ def _band(regression, law, ranges):
 
 
 def _refitted(problem, fit, law):
-    """Fit of the model with the law in it, through the simulator, in steps from sample to sample at most: it was read there."""
+    """Fit of the model with the law in it, through the simulator, in flight in steps from sample to sample at most: it was read
+    there. Through contacts in those that the error of the step is known of."""
     trial, simulator = problem.trials[0], problem.simulator
     kind = candidate(law.kind(), trial.surroundings, rigid_body(trial.body), True, own=True)
     term = Term(kind, ()).at({number.name: number.value for number in law.fitted})
     step = simulator.time_step
+    shortest = STEP if law.form in SUDDEN else min(np.median(np.diff(trial.times)) for trial in problem.trials)
     try:
-        simulator.time_step = min(step, STEP if law.form in SUDDEN else min(np.median(np.diff(t.times)) for t in problem.trials))
+        simulator.time_step = step if simulator.contact else min(step, shortest)
         return problem.fit(fit.model.with_term(term), fit.initial_states)
     finally:
         simulator.time_step = step

@@ -64,6 +64,17 @@ def test_a_law_without_sudden_changes_is_simulated_from_sample_to_sample(magnet,
     assert steps == [pytest.approx(0.02)] and problem.simulator.time_step > 0.02
 
 
+def test_a_law_through_contacts_is_simulated_in_the_step_that_the_correction_belongs_to(magnet, monkeypatch):
+    """What is known of the error of a step, added to predictions, is wrong in any other."""
+    problem, steps = magnet[0], []
+    known = problem.simulator.time_step
+    monkeypatch.setattr(problem.simulator, "contact", True)
+    monkeypatch.setattr(
+        type(problem), "fit", lambda self, *given: (steps.append(self.simulator.time_step), replace(magnet[1]))[1]
+    )
+    assert learn(*magnet) is None and steps == [known]  # the law that this fit has is none: it explains nothing
+
+
 def test_an_effect_stands_beside_the_law_with_the_number_that_it_has_there(throw):
     """A drag of C = 2, and a pull of 3 m/s2 along x while 0.3 s < t: without the law the fit gives another C."""
     drag = 1.2 * 2.0 * np.pi * 0.03**2 / (2 * 0.05)
