@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 
 from hlcs.estimation.correlated_noise import lower_factor
-from hlcs.estimation.least_squares import belief, least_squares
+from hlcs.estimation.least_squares import belief, least_squares, whitening_of
 from hlcs.estimation.linearization import free_numbers
 
 FEW_RECORDINGS = 6
@@ -55,10 +55,9 @@ class CrossValidation:
         rows, logarithm = [], 0.0
         for inside, _, told in self._halves(fit):
             change, unknown = np.clip(told.estimate, *fit.ends), lower_factor(told.covariance)
-            left = np.concatenate([r[k] - s[k] @ change for k in inside])
-            u, size, _ = np.linalg.svd(np.concatenate([s[k] @ unknown for k in inside]), full_matrices=False)
-            rows.append(left - u @ ((1 - 1 / np.hypot(1, size)) * (u.T @ left)))
-            logarithm += float(np.sum(np.log1p(size**2)))
+            white, more = whitening_of(np.concatenate([s[k] @ unknown for k in inside]))
+            rows.append(white(np.concatenate([r[k] - s[k] @ change for k in inside])))
+            logarithm += more
         return np.concatenate(rows), logarithm
 
     def _halves(self, fit):

@@ -43,6 +43,18 @@ def least_squares(s, r, told=1e-6):
     return LinearFit(inverse @ dots, inverse @ inverse.T, float(dots @ dots))
 
 
+def whitening_of(unknown):
+    """(function rows (n, ..) of unit variance -> the same, white for what they leave unknown too, log determinant of that):
+    their covariance is 1 + J J^T, J the columns `unknown` (n, p)."""
+    u, size, _ = np.linalg.svd(unknown, full_matrices=False)
+    shrink = (1 - 1 / np.hypot(1, size))[:, None]
+
+    def white(rows):
+        return rows - u @ (shrink * (u.T @ rows.reshape(len(rows), -1))).reshape(-1, *rows.shape[1:])
+
+    return white, float(np.sum(np.log1p(size**2)))
+
+
 def largest_cosine(a, b):
     """Largest cosine between the spaces of two projected, whitened signatures (n, p) and (n, q): 1 = cannot be told apart.
 

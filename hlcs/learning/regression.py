@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import linalg, optimize
 
-from hlcs.estimation.least_squares import basis, least_squares, project_out
+from hlcs.estimation.least_squares import basis, least_squares, project_out, whitening_of
 from hlcs.learning.laws import Law
 from minibullet.bodies import Bodies
 
@@ -173,15 +173,13 @@ class Regression:
             found, columns = self.solve(law, kind, searched, ~test)
             slopes = self.slopes(law, kind, searched, columns, found.estimate)
             every = np.hstack([columns, slopes])
-            spread = every[test] @ self.spread(law, every, ~test)
-            u, sizes, _ = np.linalg.svd(spread, full_matrices=False)
-            shrink = (u * (1 - 1 / np.sqrt(1 + sizes**2))) @ u.T  # white are the misses of what is foretold so surely
+            white, logarithm = whitening_of(every[test] @ self.spread(law, every, ~test))
             left = self.residual[test] - columns[test] @ found.estimate
-            missed[test] = left - shrink @ left
+            missed[test] = white(left)
             foretold[test] = missed[test] if law.own_phases else left  # there only the frequency is that of the others
             if not law.own_phases:
-                unforetold[test] -= shrink @ self.residual[test]
-            score += float(missed[test] @ missed[test]) + float(np.sum(np.log1p(sizes**2)))
+                unforetold[test] = white(self.residual[test])
+            score += float(missed[test] @ missed[test]) + logarithm
         return replace(fitted, score=score, missed=missed, unforetold=unforetold, foretold=foretold)
 
     def slopes(self, law, kind, searched, columns, estimate):
