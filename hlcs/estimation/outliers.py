@@ -114,8 +114,8 @@ def isolated_outliers(times, values, spread=0.0):
     Each sample is compared with the line through its two neighbours; smooth misfit of a model leaves little mark on that. What
     is left is measured in `spread`, that of noise, or in its own robust scatter where none is known. The largest go first and
     their neighbours are looked at again. A kink, as an impact leaves in the residuals of a wrong model, stands out however many
-    samples are taken from it, so there none is; nor are
-    PASSES in a row at an end that rise or fall steadily, and go on to: there a wrong drag leaves a bend.
+    samples are taken from it, so there none is; nor are PASSES in a row at an end that rise or fall steadily, and go on to: there
+    a wrong drag leaves a bend.
     """
     kept = np.arange(len(values))
     for _ in range(PASSES):

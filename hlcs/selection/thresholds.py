@@ -1,4 +1,4 @@
-"""Every threshold of the diagnosis, with its reason; prices are in units of -2 log of a probability, as chi2 is.
+"""Every threshold of search and verdict, with its reason; prices are in units of -2 log of a probability, as chi2 is.
 
 An effect is accepted where the evidence for it outweighs the odds against it; nothing else decides what is in the model. What the
 effects know of their own numbers stands in their classes.

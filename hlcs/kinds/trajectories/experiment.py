@@ -41,7 +41,7 @@ from hlcs.selection.thresholds import ODDS, ODDS_ALONE
 from hlcs.selection.verdict import select
 from hlcs.simulation.model import Term
 
-LOOKS = 2  # for samples that stand alone, on the way to what is found, and as many beside it: more change nothing that is noticed
+LOOKS = 2  # for samples that stand alone, while a search goes on, and as many at its end: more change nothing that is noticed
 
 
 def terms_shown(candidates, shown):

@@ -30,6 +30,8 @@ LONGEST = 1 / 15  # step of such a run [s]: in a longer one a model of some cent
 RUNS = 25  # runs that the fit of one model takes, its starts unknown: what a comparison is told to cost
 A_STEP = 1e-4  # what a step of such runs costs [s]
 ALONE_AGAIN = 3  # looks for samples that stand alone: what is set aside or taken back moves a fit, and shows or hides others
+SURE = 4.0  # standard deviations of a reading that noise does not exceed
+UNEVEN = 0.02  # part of its radius by which a body may be another than stated, and a floor uneven
 NOTHING = None, None, 0.0, (), ()  # what `fitted` gives, where nothing could be fitted
 
 
@@ -62,10 +64,15 @@ def touches(trials, noise):
             continue
         position = np.nan_to_num(trial.position[there])
         gap = trial.surroundings.above_floor(position) - shape.bounding_radius
-        reach = 4 * (noise.towards(trial.surroundings.normal) or 0.0) + 0.02 * shape.bounding_radius
+        reach = near_floor(noise, trial.surroundings.normal, shape.bounding_radius)
         if gap.min() < reach or rebounds(trial.times[there], gap, reach):
             return True
     return False
+
+
+def near_floor(noise, normal, radius):
+    """How far from its floor a body of this radius may be seen while it touches it [m]."""
+    return SURE * (noise.towards(normal) or 0.0) + UNEVEN * radius
 
 
 def above_floor(trial):
@@ -106,7 +113,7 @@ def starts_seated(trial, noise):
         return False
     first = there[:6]
     lifts = np.array([gap(shape, position, orientation, trial.surroundings) for position in np.nan_to_num(trial.position[first])])
-    tolerance = 4 * (noise.towards(trial.surroundings.normal) or 0.0) + 0.02 * shape.bounding_radius
+    tolerance = near_floor(noise, trial.surroundings.normal, shape.bounding_radius)
     there = np.abs(lifts) < tolerance
     return bool(there[0] and np.sum(~there) <= len(there) // 6)
 
@@ -121,7 +128,7 @@ def rolling_notes(trials, noise):
             continue
         normal = around.normal
         height = around.above_floor(np.nan_to_num(trial.position[there]))
-        tolerance = 4 * (noise.towards(normal) or 0.0) + 0.02 * body.radius
+        tolerance = near_floor(noise, normal, body.radius)
         turn = first_attitude(trial)
         upright = abs(rotations.rotate((1.0, 0.0, 0.0, 0.0) if turn is None else turn, np.array([0.0, 0.0, 1.0])) @ normal)
         stands = abs(body.height / 2 - body.radius) < tolerance if turn is None else upright**2 > 0.5  # nearer to upright
@@ -202,11 +209,11 @@ def in_long_steps(measurement, noise, model):
             )
             return problem, base, shift, sentences, aside
     except InputError:
-        pass  # not so in the model's own steps, or told from there
+        pass  # what cannot be simulated in long steps may be in the model's own, or is told from there
     count = span / model.time_step
     warnings.warn(
-        f"{measurement.file.path}: a motion of {span:.4g} s with contacts takes {count:.3g} steps, and does not stand "
-        f"still in longer ones: {RUNS} runs, for one fit, take {RUNS * count * A_STEP / 60:.2g} min, a search many "
+        f"{measurement.file.path}: a motion of {span:.4g} s with contacts takes {count:.3g} steps, and cannot be "
+        f"followed in longer ones: {RUNS} runs, for one fit, take {RUNS * count * A_STEP / 60:.2g} min, a search many "
         "times that; keep the seconds that matter of each recording",
         InputWarning,
         stacklevel=2,

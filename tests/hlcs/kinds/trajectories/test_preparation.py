@@ -39,7 +39,7 @@ def test_long_rolling_is_computed_in_long_steps_and_bouncing_is_not(tmp_path, mo
     )
     measurement = measured(experiment(tmp_path, csv="t_s,z_m\n" + rows, toml=toml))
     monkeypatch.setattr("hlcs.kinds.trajectories.preparation.LONG", 100)
-    with pytest.warns(InputWarning, match="does not stand still in longer ones"):
+    with pytest.warns(InputWarning, match="cannot be followed in longer ones"):
         tried = prepare(measurement)
     monkeypatch.setattr("hlcs.kinds.trajectories.preparation.LONG", 5000)
     assert tried.base.chi2 == prepare(measurement).base.chi2
