@@ -39,7 +39,7 @@ def _finding(sets, name, cosines):
     elif holding is not None:
         evidence = search.cost(frozenset()) - search.cost(holding)
     else:
-        evidence = search.cost(frozenset()) - _foreseen(search, alone)[0].cost if alone in search.foreseen else None
+        evidence = search.cost(frozenset()) - _foreseen(search, alone).cost if alone in search.foreseen else None
     left = remains(sets, name, holding)
     why = _explained(sets, name, same, holding, evidence, left)
     entry, fluid = search.candidates[name], getattr(getattr(problem.trials[0], "surroundings", None), "fluid", "air")
@@ -82,18 +82,18 @@ def remains(sets, name, holding):
     if fit := search.fits.get(members):
         chi2, error, freedom = fit.chi2, fitted_error(search.problem, fit), fit.freedom
     else:
-        proposal, fit = _foreseen(search, members)
+        fit = (proposal := _foreseen(search, members)).parent
         chi2, error, freedom = max(misfit(fit) - proposal.fall, 0.0), None, max(fit.freedom + len(fit.estimate) - count, 1)
     left = {"effects": sorted(members), "numbers": count, "chi2_per_freedom": chi2 / freedom, "error": error}
     return left | {"foreseen": members not in search.fits} if np.isfinite(chi2) else {}
 
 
 def _foreseen(search, members):
-    """(Proposal, Fit) of a set that was not fitted: by the model under test where that foresees it, since from a fit of other
+    """The Proposal of a set that was not fitted: by the model under test where that foresees it, since from a fit of other
     effects the way back to where these are not is long, and slopes promise what no fit would find."""
     there = search.models.get(frozenset())
     if there and there.foresees(members):
-        return there.proposal(members), search.base
+        return there.proposal(members)
     return search.foreseen[members]
 
 
@@ -154,7 +154,7 @@ def _explained(sets, name, same, holding, evidence, left):
     if why := _outside(search, name):
         return Reason.BEYOND_ITS_LAW(at=at, why=why)
     base, alone = search.fits[frozenset()], frozenset({name})
-    gain = misfit(base) - misfit(search.fits[holding]) if holding is not None else search.foreseen[alone][0].fall
+    gain = misfit(base) - misfit(search.fits[holding]) if holding is not None else search.foreseen[alone].fall
     return Reason.NOT_SEEN(at=at, why=_too_little(gain, -evidence))
 
 
@@ -181,8 +181,8 @@ def _short_beside(search, best, name):
     """Why a candidate that is foreseen beside the best set alone is not seen; "" where it is not foreseen, or of use there."""
     if (beside := best | {name}) not in search.foreseen:
         return ""
-    proposal, parent = search.foreseen[beside]
-    gain, short = misfit(search.fits[best]) - misfit(parent) + proposal.fall, proposal.cost - search.cost(best)
+    proposal = search.foreseen[beside]
+    gain, short = misfit(search.fits[best]) - misfit(proposal.parent) + proposal.fall, proposal.cost - search.cost(best)
     return f"beside {_names(best)} " + _too_little(gain, short) if short > 0 else ""
 
 
@@ -191,7 +191,7 @@ def _adds_nothing(sets, name, holding):
     search, alone, empty = sets.search, frozenset({name}), frozenset()
     if holding is None or len(holding) == 1:
         return ""
-    foreseen = search.foreseen[alone][0].cost if alone in search.foreseen else np.inf
+    foreseen = search.foreseen[alone].cost if alone in search.foreseen else np.inf
     if min(search.cost(alone) if alone in search.fits else np.inf, foreseen) < search.cost(empty):
         return ""
     rest = sets.without(holding, name)

@@ -14,7 +14,7 @@ import numpy as np
 
 from hlcs.effects import Free
 from hlcs.estimation.least_squares import least_squares
-from hlcs.estimation.linearization import occam
+from hlcs.estimation.linearization import Fit, occam
 from hlcs.selection.eligibility import lacks_drag
 from hlcs.selection.thresholds import EQUAL
 from hlcs.simulation.model import Term
@@ -32,7 +32,8 @@ class Proposal(NamedTuple):
     cost: float  # foreseen
     effects: frozenset
     numbers: dict  # effect -> {number: value} from where to fit it
-    fall: float = 0.0  # of the misfit and the surprise together that is foreseen of it, from the fit that it was foreseen from
+    parent: Fit  # that it was foreseen from
+    fall: float = 0.0  # of the misfit and the surprise together that is foreseen from there
 
 
 @dataclass(frozen=True)
@@ -89,7 +90,7 @@ class LinearModel:
 
     def __init__(self, fit, views, price):
         """views: candidate -> its signatures (see `signatures`); price: of a set of names."""
-        self.price, self.count, self.spared = price, fit.count, fit.linearization.spared()
+        self.fit, self.price, self.count, self.spared = fit, price, fit.count, fit.linearization.spared()
         self.entries = {}  # name of a candidate that can join it -> its numbers while absent
         r = np.concatenate(fit.linearization.projected[0])
         parts = [np.concatenate(fit.linearization.projected[1])]
@@ -194,7 +195,7 @@ class LinearModel:
             column = self.columns[place]
             if column.free is not AMPLITUDE:
                 numbers[column.effect][column.free.name] = column.free.inside(column.value + move * column.free.spread)
-        return Proposal(float(cost), frozenset(names), numbers, float(before - total + fall))
+        return Proposal(float(cost), frozenset(names), numbers, self.fit, float(before - total + fall))
 
     def _step(self, kept, dots):
         """(best step of the numbers `kept` in spreads, by how much the misfit and the surprise fall together)."""

@@ -76,25 +76,24 @@ class Preview:
         """The surprise of numbers {effect: {number: value}}."""
         return sum(self.candidates[name].surprise(numbers[name]) for name in sorted(numbers))
 
-    def look(self, proposals, fit):
-        """By how much less than foreseen from a fit each proposal may cost, {set: amount}: LOOKED times what one simulation at
+    def look(self, proposals):
+        """By how much less than foreseen each proposal may cost, {set: amount}: LOOKED times what one simulation at
         its numbers differs from it. Far from the data a law that is not linear in its numbers is foreseen at too much."""
-        seen = self.problem.batched([partial(self.left_at, proposal.numbers, fit) for proposal in proposals])
-        foreseen = [misfit(fit) - proposal.fall - self.believed(proposal.numbers) for proposal in proposals]
+        seen = self.problem.batched([partial(self.left_at, each.numbers, each.parent) for each in proposals])
+        foreseen = [misfit(each.parent) - each.fall - self.believed(each.numbers) for each in proposals]
         return {each.effects: LOOKED * abs(a - b) for each, a, b in zip(proposals, seen, foreseen, strict=True)}
 
-    def looked(self, proposals, fit, shares):
-        """Proposals with numbers at these multiples of the way to theirs, where a simulation there leaves less than was foreseen
-        of a fit.
+    def looked(self, proposals, shares):
+        """Proposals with numbers at these multiples of the way to theirs, where a simulation there leaves less than was foreseen.
 
         Through contacts what a law does far away is no continuation of what it does here: impacts come at other moments, a body
         comes to rest, or misses what it hit before.
         """
-        ways = [(each, self.on_the_way(each.numbers, fit, share)) for each in proposals for share in shares]
-        seen = self.problem.batched([partial(self.left_at, numbers, fit) for _, numbers in ways])
+        ways = [(each, self.on_the_way(each.numbers, each.parent, share)) for each in proposals for share in shares]
+        seen = self.problem.batched([partial(self.left_at, numbers, each.parent) for each, numbers in ways])
         found = []
         for (proposal, numbers), left in zip(ways, seen, strict=True):
-            more = misfit(fit) - left - self.believed(numbers) - proposal.fall
+            more = misfit(proposal.parent) - left - self.believed(numbers) - proposal.fall
             if more > 0:
                 found.append(proposal._replace(cost=proposal.cost - more, numbers=numbers, fall=proposal.fall + more))
         return found

@@ -38,14 +38,15 @@ def renewed(search, begun):
     after.models[bare] = search.models[bare]
     after.implied, after.shown = search.implied, search.shown
     anew = {search.base: after.base}  # Fit that sets were foreseen from -> the same on the data as they are now
-    for effects, (proposal, parent) in search.foreseen.items():
+    for effects, proposal in search.foreseen.items():
+        parent = proposal.parent
         if parent is not search.base and effects in search.fits:
             continue
         if parent not in anew:
             anew[parent] = as_it_was(parent, search.problem)
         if there := anew[parent]:
             moved = min(misfit(there) - misfit(parent), 0.0)
-            after.foreseen[effects] = proposal._replace(cost=proposal.cost + moved), there
+            after.foreseen[effects] = proposal._replace(cost=proposal.cost + moved, parent=there)
     after.found = {there: search.found[parent] for parent, there in anew.items() if there and parent in search.found}
     return after
 

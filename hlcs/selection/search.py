@@ -50,7 +50,7 @@ class Search:
         self.reduced = {}  # the same of sets that the search had no need of, fitted for the verdict
         self.models = {}  # set that was expanded -> the LinearModel at its fit
         self.overdispersion = 1.0  # how many residuals count as one beside the best fit, where its adequacy has been judged
-        self.foreseen = {}  # set -> (Proposal, Fit that it was foreseen from)
+        self.foreseen = {}  # set -> its Proposal
         self.unsure = {}  # set of one effect -> how much less than foreseen it may cost
         self.twins = set()  # sets that do as the best fits do where these stand, whatever is foreseen far from there
         self.found = {}  # Fit -> [(set that was foreseen from it, fall found, fall foreseen)]
@@ -151,21 +151,21 @@ class Search:
                 continue
             limit, explained = self.cost(best) + self.reach(), self.noise_alone(self.fits[best])
             known = limit, explained, self.costs_of_parts(best)
-            promising = [each for each in self.open_proposals() if self.promising(*each, *known)]
-            promising.sort(key=lambda each: (self.hoped(*each, *known), sorted(each[0].effects)))
+            promising = [each for each in self.open_proposals() if self.promising(each, *known)]
+            promising.sort(key=lambda each: (self.hoped(each, *known), sorted(each.effects)))
             self.budget.left_out = len(promising)
             contact = self.problem.simulator.contact
-            if not promising or pause(best, self.hoped(*promising[0], *known) if contact else promising[0][0].cost):
+            if not promising or pause(best, self.hoped(promising[0], *known) if contact else promising[0].cost):
                 break
-            twice = max(promising[0][0].cost, 0.0) / HELPS  # what is foreseen to leave more comes later, if ever
-            together = self.first_ones(self.parts_first([each for each in promising if each[0].cost <= twice], limit), promising)
-            affordable = self.budget.affordable([self.count(each.effects) for each, _ in together], TOGETHER)
+            twice = max(promising[0].cost, 0.0) / HELPS  # what is foreseen to leave more comes later, if ever
+            together = self.first_ones(self.parts_first([each for each in promising if each.cost <= twice], limit), promising)
+            affordable = self.budget.affordable([self.count(each.effects) for each in together], TOGETHER)
             if self.budget.spent(len(affordable) if refits < REFITS else 0):
-                together = [each for each in together if explained and each[0].effects in self.twins and each[0].cost <= limit]
+                together = [each for each in together if explained and each.effects in self.twins and each.cost <= limit]
                 affordable = range(len(together))  # twins of what was found are few, and without them it would be told alone
             if not (together := [together[place] for place in affordable]):
                 break
-            named = ", ".join(" + ".join(sorted(proposal.effects)) for proposal, _ in together[:3])
+            named = ", ".join(" + ".join(sorted(proposal.effects)) for proposal in together[:3])
             self.progress(f"fitting {named}{self.budget.time_left()}")
             self.fit_sets(together)
             refits += len(together)
@@ -186,16 +186,16 @@ class Search:
             explained = self.problem.simulator.contact and self.noise_alone(self.fits[self.ranked()[0]])
             known = self.fits.get(frozenset(names))
             if not (known and self.excess(known) < 0) and (left < begun[0][0] + REACH or not explained):
-                self.fit_sets([(Proposal(np.inf, frozenset(names), numbers), self.base)], states)
+                self.fit_sets([Proposal(np.inf, frozenset(names), numbers, self.base)], states)
         self.first = ()
 
     def fit_sets(self, proposals, states=None):
-        """Fit sets in one batch, [(Proposal, Fit it was foreseen from)], and keep what was found; states: to begin from."""
+        """Fit sets in one batch, [Proposal], and keep what was found; states: to begin from."""
         before, self.ended = self.budget.steps, {}
-        fits = self.problem.batched([partial(refit, self, *each, states) for each in proposals])
-        self.budget.fitted(sum(self.count(proposal.effects) for proposal, _ in proposals), before)
-        for (proposal, parent), fit in zip(proposals, fits, strict=True):
-            effects = proposal.effects
+        fits = self.problem.batched([partial(refit, self, each, states) for each in proposals])
+        self.budget.fitted(sum(self.count(each.effects) for each in proposals), before)
+        for proposal, fit in zip(proposals, fits, strict=True):
+            effects, parent = proposal.effects, proposal.parent
             if effects in self.fits or fit is None and np.isfinite(proposal.cost):
                 self.closed.add(effects)  # of what nothing foresaw the way there may yet be found
             if fit is None:
@@ -207,52 +207,52 @@ class Search:
                 self.found.setdefault(parent, []).append((effects, max(misfit(parent) - misfit(fit), 0.0), proposal.fall))
 
     def parts_first(self, proposals, limit):
-        """[(Proposal, Fit it was foreseen from)] to be fitted now: what is simpler than these sets and not fitted, and of them
-        those that wait for nothing simpler. First what the first one waits for, then the cheapest.
+        """[Proposal] to be fitted now: what is simpler than these sets and not fitted, and of them those that wait for nothing
+        simpler. First what the first one waits for, then the cheapest.
 
         Simpler are parts with one effect less that are not foreseen to cost more than `limit`, and special cases in the place of
         a law. Far from the data what is foreseen of two effects flatters the one that bends least, and of laws what bends most.
         """
         ordered = {}
-        for proposal, parent in proposals:
+        for proposal in proposals:
             parts = []
             for part in self.simpler(proposal.effects):
                 numbers = {name: proposal.numbers.get(name, self.candidates[name].expected) for name in part}
-                parts.append(self.foreseen.get(part, (Proposal(limit, part, numbers), parent)))
+                parts.append(self.foreseen.get(part, Proposal(limit, part, numbers, proposal.parent)))
             same = len(proposal.effects)
-            parts = [each for each in parts if not self.adorned(*each)]
-            first = [each for each in parts if each[0].cost <= limit and self.borne_out(*each) or len(each[0].effects) == same]
-            for each in (*sorted(first, key=self.likely), (proposal, parent)):
-                ordered.setdefault(each[0].effects, each)
+            parts = [each for each in parts if not self.adorned(each)]
+            first = [each for each in parts if each.cost <= limit and self.borne_out(each) or len(each.effects) == same]
+            for each in (*sorted(first, key=self.likely), proposal):
+                ordered.setdefault(each.effects, each)
         first, *others = ordered.values()
-        ready = [each for each in others if ordered.keys().isdisjoint(self.simpler(each[0].effects))]
-        return [first, *sorted(ready, key=lambda each: (self.likely(each), sorted(each[0].effects)))]
+        ready = [each for each in others if ordered.keys().isdisjoint(self.simpler(each.effects))]
+        return [first, *sorted(ready, key=lambda each: (self.likely(each), sorted(each.effects)))]
 
     def first_ones(self, proposals, promising):
-        """[(Proposal, Fit it was foreseen from)] of those to be fitted now: the first one, and what is foreseen within reach of
-        the cheapest, or to take away HELPS of what that one takes from the best so far: through impacts much is found that was
-        not foreseen. The others are of interest where these fail. promising: all, of which the cheapest may wait for parts."""
+        """Those of the proposals that are to be fitted now: the first one, and what is foreseen within reach of the cheapest, or
+        to take away HELPS of what that one takes from the best so far: through impacts much is found that was not foreseen. The
+        others are of interest where these fail. promising: all, of which the cheapest may wait for parts."""
         least = min(map(self.likely, promising))
         most = least + max(self.reach(), HELPS * (self.cost(self.ranked()[0]) - least))
         return [each for place, each in enumerate(proposals) if not place or self.likely(each) <= most]
 
-    def borne_out(self, proposal, parent):
+    def borne_out(self, proposal):
         """Is a set without some effect of the fit that it was foreseen from also foreseen where that effect is not, FORESEEN of
         what that fit takes away there?
 
         A law that only changes what another one does, as an adhesion that presses a spinning ball harder on its floor, is
         foreseen beside it to do all of its work, and alone does nothing.
         """
-        present = frozenset(parent.model.numbers)
+        present = frozenset(proposal.parent.model.numbers)
         there = self.models.get(proposal.effects & present)
         if there is None or present <= proposal.effects or not proposal.effects | present <= there.places.keys():
             return True
         return there.proposal(proposal.effects).fall >= FORESEEN * there.proposal(present).fall
 
-    def adorned(self, proposal, parent):
+    def adorned(self, proposal):
         """Is a set foreseen to take away no more than a part of it does that was fitted? It would leave what that one left. What
         the file implies beside that part stands there though the data do not show it."""
-        there = self.models.get(frozenset(parent.model.numbers))
+        there = self.models.get(frozenset(proposal.parent.model.numbers))
         parts = [part for part in self.fits if part < proposal.effects and not proposal.effects <= part | self.implied]
         known = [part for part in parts if there and there.foresees(part)]
         return any(proposal.fall < there.proposal(part).fall + EQUAL for part in known)
@@ -275,7 +275,7 @@ class Search:
         costs = {effects: self.cost(effects) for effects in self.fits}
         return costs | ({frozenset(): max(costs[frozenset()], costs[best] + TIED)} if best else {})
 
-    def promising(self, proposal, parent, limit, explained, costs):
+    def promising(self, proposal, limit, explained, costs):
         """May a set do as well as the best, cost no more than `limit`, and do better than each part of it that is fitted, by
         more than fits leave? explained: does the best leave nothing but noise? costs: of what is fitted, as `costs_of_parts`.
 
@@ -285,16 +285,16 @@ class Search:
         """
         contact, rough = self.problem.simulator.contact, left_by_segments(self.problem)
         parts = [cost - rough for known, cost in costs.items() if known < proposal.effects]
-        if not self.hoped(proposal, parent, limit, explained, costs) < min([limit, *parts]) or self.adorned(proposal, parent):
+        if not self.hoped(proposal, limit, explained, costs) < min([limit, *parts]) or self.adorned(proposal):
             return False
-        if contact and not self.borne_out(proposal, parent):
+        if contact and not self.borne_out(proposal):
             return False
         if explained or not contact and len(proposal.effects - self.implied) == 1:
             return True
-        fall = misfit(self.base) - misfit(parent) + proposal.fall - self.lost(proposal, parent)
+        fall = misfit(self.base) - misfit(proposal.parent) + proposal.fall - self.lost(proposal)
         return fall > HELPS * self.excess(self.base) * (1.0 if self.found else FORESEEN)
 
-    def hoped(self, proposal, parent, limit, explained, costs):
+    def hoped(self, proposal, limit, explained, costs):
         """The least that a set may cost. A linear model may promise too little: in flight by what a look there shows; through
         contacts, of a set that holds none of the best ones, by as much more of all that it takes away as fits found, of a single
         effect by FORESEEN of it at least, but of segments, which fit by chance; a twin of what explains the data by anything."""
@@ -305,18 +305,18 @@ class Search:
         elif contact and all(cost - rough > limit for known, cost in costs.items() if known < effects):
             single = not rough and effects not in self.fits and len(effects - self.implied) == 1
             share = max(self.share_found(self.base) - 1, FORESEEN if single else 0.0)
-            more = max(share * (misfit(self.base) - misfit(parent) + proposal.fall), 0.0)
-        return self.likely((proposal, parent)) - more
+            more = max(share * (misfit(self.base) - misfit(proposal.parent) + proposal.fall), 0.0)
+        return self.likely(proposal) - more
 
-    def lost(self, proposal, parent):
+    def lost(self, proposal):
         """What fits will not find of a fall that is foreseen, by those of the sets that brought one of its effects there: where
         chi2 is rough, or nothing explains the data, a linear model promises much and keeps little."""
-        share = self.share_found(parent, proposal.effects - set(parent.model.numbers))
+        share = self.share_found(proposal.parent, proposal.effects - set(proposal.parent.model.numbers))
         return max(1 - share, 0.0) * max(proposal.fall, 0.0)
 
-    def likely(self, foreseen):
-        """What a set will cost, (Proposal, Fit it was foreseen from): as foreseen, and what is lost of that."""
-        return foreseen[0].cost + self.lost(*foreseen)
+    def likely(self, proposal):
+        """What a set will cost: as foreseen, and what is lost of that."""
+        return proposal.cost + self.lost(proposal)
 
     def share_found(self, parent, new=None):
         """What the fits of sets that were foreseen from a fit found of the fall that was foreseen of them, the median; before any
@@ -327,17 +327,16 @@ class Search:
         return float(np.median(found / foreseen))
 
     def open_proposals(self):
-        """[(Proposal, Fit it was foreseen from)] of the sets that are not fitted yet; and once more of those whose fit got stuck,
-        where another one foresees them at far less."""
+        """[Proposal] of the sets that are not fitted yet; and once more of those whose fit got stuck, where another one foresees
+        them at far less."""
 
-        def stuck(effects, proposal, parent):
-            anew = all(parent is not known for known in self.begun.get(effects, ()))
-            return anew and self.cost(effects) > proposal.cost + REACH
+        def stuck(effects, proposal):
+            return proposal.parent not in self.begun.get(effects, ()) and self.cost(effects) > proposal.cost + REACH
 
         return [
-            (proposal, parent)
-            for effects, (proposal, parent) in self.foreseen.items()
-            if effects not in self.closed and (effects not in self.fits or stuck(effects, proposal, parent))
+            proposal
+            for effects, proposal in self.foreseen.items()
+            if effects not in self.closed and (effects not in self.fits or stuck(effects, proposal))
         ]
 
     def expand(self):
@@ -368,29 +367,30 @@ class Search:
             begins = effects in (frozenset(), self.implied)
             singles = [proposal for proposal in proposals if effects < proposal.effects and len(proposal.effects - effects) == 1]
             if begins and not self.problem.simulator.contact:
-                looks = self.preview.look(singles, fit)
+                looks = self.preview.look(singles)
                 self.unsure |= looks
                 bent = [each for each in singles if looks[each.effects] > max(each.fall, self.reach())]
                 self.first += () if effects or self.noise_alone(fit) else tuple((each.numbers, None) for each in bent)
             elif begins:
                 explained = any(proposal.fall >= self.excess(fit) for proposal in proposals)
-                proposals += self.preview.looked(singles, fit, HERE if explained else FARTHER)
+                proposals += self.preview.looked(singles, HERE if explained else FARTHER)
             if not effects and self.problem.simulator.contact and not self.noise_alone(fit):
-                self.first += tuple((proposal.numbers, None) for proposal in singles if self.doubted(proposal, fit))
+                self.first += tuple((proposal.numbers, None) for proposal in singles if self.doubted(proposal))
                 stated = {name for numbers, _ in self.first for name in numbers if self.candidates[name].setting}
                 self.first += tuple((each.numbers, None) for each in proposals if each.effects == stated and len(stated) > 1)
             for proposal in proposals:
                 known = self.foreseen.get(proposal.effects)
-                nearer = EQUAL if known and misfit(fit) < misfit(known[1]) else 0.0  # it is foreseen better from there
-                if known is None or proposal.cost < known[0].cost + nearer:
-                    self.foreseen[proposal.effects] = proposal, fit
+                nearer = EQUAL if known and misfit(fit) < misfit(known.parent) else 0.0  # it is foreseen better from there
+                if known is None or proposal.cost < known.cost + nearer:
+                    self.foreseen[proposal.effects] = proposal
 
-    def doubted(self, proposal, fit):
-        """Is a set one number that the model of a fit itself states, its friction or restitution, foreseen to be of interest? It
+    def doubted(self, proposal):
+        """Is a set one number that the model under test states, its friction or restitution, and foreseen to be of interest? It
         is doubted before all else, with others that are: bodies stop elsewhere by leaps, of which little is foreseen."""
         (name,) = proposal.effects
         new = all(set(numbers) != {name} for numbers, _ in self.first)
-        least = 0.0 if self.problem.segmented else HELPS * FORESEEN * self.excess(fit)  # free starts leave little to be foreseen
+        # free starts leave little to be foreseen
+        least = 0.0 if self.problem.segmented else HELPS * FORESEEN * self.excess(proposal.parent)
         return new and self.candidates[name].setting and proposal.fall > least
 
     def linear_at(self, fit, entries):

@@ -115,8 +115,8 @@ def test_what_was_not_fitted_is_foreseen_by_the_model_under_test(generator):
     found, other = sets(0.3, generator), frozenset({"spin_decay"})
     search = found.search
     fitted = search.problem.fit(Model().with_term(Term(LAWS["spin_decay"], (("rate", 0.1),))), search.base.initial_states)
-    proposal, _ = search.foreseen[other]
-    search.foreseen[other] = proposal._replace(fall=0.9 * fitted.chi2), search.fits[found.best]
+    better = {"fall": 0.9 * fitted.chi2, "parent": search.fits[found.best]}
+    search.foreseen[other] = search.foreseen[other]._replace(**better)
     (finding,) = (finding for finding in told(found) if finding.effect == "spin_decay")
     assert finding.remains["foreseen"] and finding.remains["error"] is None
     assert finding.remains["chi2_per_freedom"] == pytest.approx(fitted.reduced, rel=1e-3)

@@ -149,7 +149,7 @@ def test_a_rebound_is_seen_from_a_model_that_has_none(tmp_path):
     entries, _ = candidates_for(measurement, True, ["restitution"])
     search = Search(prepared.problem, entries, prepared.base).run()
     law = frozenset({"restitution"})
-    gain, foreseen = (search.cost(frozenset()) - cost for cost in (search.cost(law), search.foreseen[law][0].cost))
+    gain, foreseen = (search.cost(frozenset()) - cost for cost in (search.cost(law), search.foreseen[law].cost))
     assert foreseen > 0.2 * gain > 8
     assert search.fits[law].estimate[0] == pytest.approx(0.5, abs=0.03)  # four standard errors
 
@@ -163,7 +163,7 @@ def test_a_look_far_from_the_data_tells_what_a_linear_model_can_foresee_there(tm
     search = Search(prepared.problem, entries, prepared.base)
     search.expand()
     drag, scale = frozenset({"quadratic_drag"}), frozenset({"length_scale"})
-    foreseen = {effects: search.foreseen[effects][0].cost for effects in (drag, scale)}
+    foreseen = {effects: search.foreseen[effects].cost for effects in (drag, scale)}
     assert foreseen[drag] > foreseen[scale] + 1e4
     assert foreseen[drag] - search.unsure[drag] < 0 and search.unsure[scale] < 1.0
     assert search.run().ranked()[0] == drag and scale not in search.fits
@@ -178,7 +178,7 @@ def test_a_law_that_changes_what_a_body_hits_is_looked_at_far_away(tmp_path):
     search = Search(prepared.problem, entries, prepared.base)
     search.expand()
     drag = frozenset({"linear_drag"})
-    proposal, base = search.foreseen[drag]
+    proposal, base = search.foreseen[drag], search.base
     slope = search.models[frozenset()].proposal(drag)
     assert slope.numbers["linear_drag"]["rate"] < 2.0 and slope.fall < 0.5 * base.chi2
     assert proposal.numbers["linear_drag"]["rate"] == pytest.approx(8.0, abs=4.0) and proposal.fall > 0.8 * base.chi2

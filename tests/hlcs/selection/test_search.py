@@ -46,7 +46,7 @@ def test_a_law_is_found_where_it_is():
 def test_nothing_is_found_where_there_is_only_noise(generator):
     """The set with the law is foreseen to cost more than without it, so it is not even fitted."""
     search = searched(0.0, noise=0.1, generator=generator)
-    assert search.ranked() == [frozenset()] and search.foreseen[frozenset({"linear_drag"})][0].cost > search.cost(frozenset())
+    assert search.ranked() == [frozenset()] and search.foreseen[frozenset({"linear_drag"})].cost > search.cost(frozenset())
 
 
 def test_a_set_costs_its_misfit_its_numbers_what_is_believed_of_them_and_the_odds():
@@ -55,7 +55,7 @@ def test_a_set_costs_its_misfit_its_numbers_what_is_believed_of_them_and_the_odd
     law = frozenset({"linear_drag"})
     paid = np.log(40) + 2 * np.log(1 + 0.36) + ODDS
     assert search.cost(frozenset()) - search.cost(law) == pytest.approx(9 * SXX / 0.1**2 - paid, rel=1e-4)
-    assert search.foreseen[law][0].cost == pytest.approx(search.cost(law), abs=0.01)
+    assert search.foreseen[law].cost == pytest.approx(search.cost(law), abs=0.01)
 
 
 def test_a_law_that_holds_another_pays_the_odds_twice():
@@ -73,24 +73,24 @@ def test_what_is_foreseen_counts_by_the_share_that_fits_with_the_same_effect_fou
     before any fit, a half counts and it costs 10 more; after one that found nothing as well, however much that promised. What
     was found of other effects, such as a wind whose columns are rough, says nothing of it."""
     search = searched(0.0, noise=0.1, generator=generator)
-    proposal = Proposal(search.cost(frozenset()) - 10, frozenset({"another"}), {}, 40.0)
-    assert search.promising(proposal, search.base, search.cost(frozenset()), False, search.costs_of_parts(frozenset()))
+    proposal = Proposal(search.cost(frozenset()) - 10, frozenset({"another"}), {}, search.base, 40.0)
+    assert search.promising(proposal, search.cost(frozenset()), False, search.costs_of_parts(frozenset()))
     for found, share in (([(10.0, 20.0), (0.0, 20.0)], 0.5), ([(0.0, 1e6)], 0.5), ([(20.0, 20.0)] + [(4.0, 20.0)] * 3, 0.2)):
         for name, counts in (("wind", False), ("another", True)):
             search.found[search.base] = [(frozenset({name}), *falls) for falls in found]
             assert search.share_found(search.base, {"another"}) == pytest.approx(share if counts else 1.0)
             assert search.share_found(search.base) == pytest.approx(share)
-        assert search.likely((proposal, search.base)) == pytest.approx(proposal.cost + (1 - share) * 40.0)
-        assert not search.promising(proposal, search.base, search.cost(frozenset()), False, search.costs_of_parts(frozenset()))
+        assert search.likely(proposal) == pytest.approx(proposal.cost + (1 - share) * 40.0)
+        assert not search.promising(proposal, search.cost(frozenset()), False, search.costs_of_parts(frozenset()))
 
 
 def test_a_fit_that_got_stuck_is_made_again_where_another_fit_foresees_it(generator):
     """From the same one it would end at the same place."""
     search, law = searched(3.0, noise=0.1, generator=generator), frozenset({"linear_drag"})
-    cheaper = search.foreseen[law][0]._replace(cost=search.cost(law) - 2 * REACH)
+    cheaper = search.foreseen[law]._replace(cost=search.cost(law) - 2 * REACH)
     for parent, again in ((search.begun[law][0], []), (search.fits[law], [law])):
-        search.foreseen[law] = cheaper, parent
-        assert [proposal.effects for proposal, _ in search.open_proposals()] == again
+        search.foreseen[law] = cheaper._replace(parent=parent)
+        assert [proposal.effects for proposal in search.open_proposals()] == again
 
 
 @pytest.mark.parametrize(("bend", "twins"), [(0.0, True), (1.0, False)])
@@ -115,9 +115,9 @@ def test_a_set_that_is_foreseen_to_do_no_more_than_a_part_of_it_that_was_fitted_
     search = sets(0.0, generator).search
     part, base = search.ranked()[0], frozenset()
     fall = search.models[base].proposal(part).fall + more
-    proposal = Proposal(-np.inf, frozenset(LAWS), {}, fall)  # cheaper than anything, were it as foreseen
+    proposal = Proposal(-np.inf, frozenset(LAWS), {}, search.base, fall)  # cheaper than anything, were it as foreseen
     costs = search.costs_of_parts(part)
-    assert search.promising(proposal, search.base, np.inf, True, costs) == tried
+    assert search.promising(proposal, np.inf, True, costs) == tried
 
 
 @pytest.mark.parametrize(("bend", "twins"), [(0.0, True), (1.0, False)])
@@ -141,9 +141,7 @@ def test_past_its_limit_a_search_fits_no_twin_that_is_foreseen_far_off(generator
     monkeypatch.setattr(found.problem.simulator, "contact", True)
     search.budget.spent, search.budget.affordable = lambda affordable: True, lambda numbers, most: list(range(len(numbers)))
     waiting = search.open_proposals
-    monkeypatch.setattr(
-        search, "open_proposals", lambda: [(each._replace(cost=each.cost + dearer), fit) for each, fit in waiting()]
-    )
+    monkeypatch.setattr(search, "open_proposals", lambda: [each._replace(cost=each.cost + dearer) for each in waiting()])
     assert (twin in search.run().fits) == fitted
 
 
@@ -158,8 +156,8 @@ def test_through_contacts_a_single_effect_may_do_more_than_is_foreseen(generator
     known = search.cost(best) + REACH, True, search.costs_of_parts(best)
     single = 0.0 if segmented else FORESEEN * 100.0
     for names, more in (({"another"}, single), ({"another", "third"}, 0.0), (best | {"another"}, 0.0)):
-        proposal = Proposal(1000.0, frozenset(names), {}, 100.0)
-        assert search.hoped(proposal, search.base, *known) == pytest.approx(1000.0 - more)
+        proposal = Proposal(1000.0, frozenset(names), {}, search.base, 100.0)
+        assert search.hoped(proposal, *known) == pytest.approx(1000.0 - more)
 
 
 def test_a_fit_begins_no_farther_off_than_the_misfit_allows():
@@ -189,7 +187,7 @@ def test_a_fit_is_of_interest_as_far_as_the_reach_of_the_best_also_of_those_that
     assert search.limit(other) == pytest.approx(found.cost + REACH) and search.limit(frozenset()) == found.cost + ODDS + REACH
     limits = []
     monkeypatch.setattr(search.problem, "fit", lambda model, states, limit: (limits.append(limit()), found)[1])
-    proposals = [(Proposal(0.0, names, {next(iter(names)): {"rate": 1.0}}), search.base) for names in (law, other)]
+    proposals = [Proposal(0.0, names, {next(iter(names)): {"rate": 1.0}}, search.base) for names in (law, other)]
     search.fit_sets(proposals)
     assert (
         limits[0] == pytest.approx(search.cost(frozenset()) + search.reach(search.base) - ODDS)
@@ -206,11 +204,11 @@ def test_a_pair_waits_for_its_parts_and_leaves_the_batch_to_their_rivals():
     search = Search(problem, laws, problem.fit(Model()))
     costs = {("magnus", "tilted_gravity"): 100.0, ("magnus",): 101.0, ("drag_crisis",): 120.0, ("tilted_gravity",): 150.0}
     proposals = [
-        (Proposal(cost, frozenset(names), {name: search.candidates[name].expected for name in names}), search.base)
+        Proposal(cost, frozenset(names), {name: search.candidates[name].expected for name in names}, search.base)
         for names, cost in costs.items()
     ]
-    search.foreseen = {proposal.effects: (proposal, parent) for proposal, parent in proposals}
-    batch = [sorted(proposal.effects) for proposal, _ in search.parts_first(proposals, 200.0)]
+    search.foreseen = {proposal.effects: proposal for proposal in proposals}
+    batch = [sorted(proposal.effects) for proposal in search.parts_first(proposals, 200.0)]
     assert batch == [["magnus"], ["tilted_gravity"], ["quadratic_drag"]]
 
 
@@ -224,12 +222,12 @@ def test_a_batch_holds_what_is_foreseen_to_take_away_half_of_what_the_cheapest_d
     half = least + 0.45 * (cost - least) if slope else cost + 2 * reach
     costs = {"first": 2 * abs(cost) + 100 * reach, "near": least + 0.9 * reach, "half": half, "cheapest": least}
     costs["far"] = least + 0.55 * (cost - least) if slope else cost + 3 * reach
-    proposals = [(Proposal(cost, frozenset({name}), {}), search.base) for name, cost in costs.items()]
+    proposals = [Proposal(cost, frozenset({name}), {}, search.base) for name, cost in costs.items()]
     found = search.first_ones(proposals, proposals)
-    assert [name for proposal, _ in found for name in proposal.effects] == batch
-    waits = Proposal(-abs(cost) - 100 * reach, frozenset({"linear_drag", "spin_decay"}), {}), search.base  # for the first one
+    assert [name for proposal in found for name in proposal.effects] == batch
+    waits = Proposal(-abs(cost) - 100 * reach, frozenset({"linear_drag", "spin_decay"}), {}, search.base)  # for the first one
     found = search.first_ones(proposals, [waits, *proposals])
-    assert [name for proposal, _ in found for name in proposal.effects] == ["first"]
+    assert [name for proposal in found for name in proposal.effects] == ["first"]
 
 
 @pytest.mark.parametrize(("alone", "borne_out"), [(1.0, True), (0.0, False)])
@@ -253,9 +251,9 @@ def test_a_law_that_only_changes_what_another_does_takes_no_place_of_it(generato
     search.expand()
     search.fit_sets([search.foreseen[drag]])
     search.expand()
-    parent, foreseen = search.fits[drag], search.models[drag].proposal(frozenset({"spin_decay"}))
+    foreseen = search.models[drag].proposal(frozenset({"spin_decay"}))
     assert foreseen.cost < search.base.cost - 1000  # beside the drag it is foreseen to do all of its work
-    assert search.borne_out(foreseen, parent) == borne_out
+    assert search.borne_out(foreseen) == borne_out
 
 
 def test_a_first_set_whose_fit_did_not_come_to_its_end_is_begun_from_the_states_of_the_model_under_test(monkeypatch):
@@ -314,7 +312,7 @@ def test_a_fit_through_contacts_that_is_given_up_is_not_begun_elsewhere(monkeypa
         return replace(fit_at(model, states, problem.linearise(model, states)), converged=False)
 
     monkeypatch.setattr(problem, "fit", given_up)
-    refit(search, Proposal(10.0, frozenset({"linear_drag"}), {"linear_drag": {"rate": 2.0}}, 1e4), search.base)
+    refit(search, Proposal(10.0, frozenset({"linear_drag"}), {"linear_drag": {"rate": 2.0}}, search.base, 1e4))
     assert tried == [2.0, RATE.expected["rate"]][:begun]
 
 
@@ -338,7 +336,7 @@ def test_a_law_that_names_several_starts_is_fitted_from_each_while_more_than_noi
     problem = Valleys(TIMES, TIMES, 0.1)
     law = replace(RATE, free=(replace(RATE.free[0], starts=starts),))
     search = Search(problem, [law], problem.fit(Model()))
-    fit = refit(search, Proposal(1e9, frozenset({"linear_drag"}), {"linear_drag": {"rate": 0.9}}), search.base)
+    fit = refit(search, Proposal(1e9, frozenset({"linear_drag"}), {"linear_drag": {"rate": 0.9}}, search.base))
     assert fit.estimate[0] == pytest.approx(found, abs=0.01)
 
 
@@ -405,7 +403,7 @@ def test_a_search_stops_where_what_is_most_promising_is_not_worth_the_best(conta
     search, asked, law = Search(problem, [RATE], problem.fit(Model())), [], frozenset({"linear_drag"})
     search.unsure = {law: 500.0}
     search.run(lambda best, promised: asked.append((best, promised)) or True)
-    least = search.foreseen[law][0].cost - contact * 500.0
+    least = search.foreseen[law].cost - contact * 500.0
     assert asked == [(frozenset(), pytest.approx(least))] and list(search.fits) == [frozenset()]
 
 
@@ -415,7 +413,7 @@ def test_a_number_that_the_file_states_is_doubted_first_where_it_is_foreseen_to_
     problem = Line(TIMES, [3.0 * t for t in TIMES], 0.1)
     search = Search(problem, [replace(RATE, setting=True)], problem.fit(Model()))
     fall = part * search.excess(search.base)
-    assert search.doubted(Proposal(search.base.chi2 - fall, frozenset({"linear_drag"}), {}, fall), search.base) == doubted
+    assert search.doubted(Proposal(search.base.chi2 - fall, frozenset({"linear_drag"}), {}, search.base, fall)) == doubted
 
 
 def test_numbers_that_the_file_states_are_doubted_each_and_then_together():
@@ -461,8 +459,8 @@ def test_what_a_simulation_through_contacts_leaves_counts_where_it_is_less_than_
     problem = Begins(TIMES, [3.0 * t for t in TIMES], 0.1)
     search = Search(problem, [RATE], problem.fit(Model()))
     search.expand()
-    proposal, fit = search.foreseen[frozenset({"linear_drag"})]
-    (seen,) = search.preview.looked([proposal], fit, HERE)
+    proposal = search.foreseen[frozenset({"linear_drag"})]
+    fit, (seen,) = proposal.parent, search.preview.looked([proposal], HERE)
     left = [misfit(fit) - each.fall - search.preview.believed(each.numbers) for each in (proposal, seen)]
     assert left[0] == pytest.approx(0.2 * fit.chi2, rel=0.05) and left[1] == pytest.approx(0.04 * fit.chi2, rel=0.15)
     assert seen.cost == pytest.approx(proposal.cost + left[1] - left[0])
@@ -481,17 +479,18 @@ def test_a_search_that_begins_anew_through_contacts_keeps_what_was_foreseen(cont
     problem.values = [2.9 * t for t in TIMES]
     base = problem.fit(Model())
     other = frozenset({"spin_decay"})
-    search.foreseen[other] = Proposal(1e9, other, {"spin_decay": {"rate": 3.0}}, -10.0), search.fits[law]
+    search.foreseen[other] = Proposal(1e9, other, {"spin_decay": {"rate": 3.0}}, search.fits[law], -10.0)
     after = renewed(search, partial(Search, problem, LAWS.values(), base))
     assert [numbers for numbers, _ in after.first] == [search.fits[law].model.numbers]
     assert set(after.models) == ({frozenset()} if contact else set())
     if contact:
-        proposal, parent = after.foreseen[law]
-        assert parent is base and proposal.cost == pytest.approx(search.foreseen[law][0].cost + base.chi2 - search.base.chi2)
-        proposal, parent = after.foreseen[other]
+        moved = base.chi2 - search.base.chi2
+        assert after.foreseen[law].parent is base
+        assert after.foreseen[law].cost == pytest.approx(search.foreseen[law].cost + moved)
+        parent = after.foreseen[other].parent
         left = 0.1**2 * SXX / 0.1**2  # slope 3 on lines of 2.9, but for what is believed of it
         assert parent.model == search.fits[law].model and parent.chi2 == pytest.approx(left, rel=0.01)
-        assert proposal == search.foreseen[other][0]
+        assert after.foreseen[other] == search.foreseen[other]._replace(parent=parent)
         assert after.found == {base: search.found[search.base]}  # of what was foreseen from the other one nothing was fitted
     assert after.run().fits[law].estimate[0] == pytest.approx(2.9, rel=1e-3)
 
