@@ -217,7 +217,8 @@ class TrajectoryProblem(Problem):
     def _along_states(self, model, initial_states, which):
         """Linearization of the recordings of these indices in their initial states alone."""
         perturbed, owner = [initial_states[which]], list(which)
-        sides = (1, -1) if self.leaps else (1,)
+        # a velocity across all that is measured acts by its square: to one side there seems to be a slope
+        sides = (1, -1) if self.leaps or any(trial.unplaced for trial in self.trials) else (1,)
         for k in which:
             for number in self.recordings[k].unknown:
                 step = STEPS[number[0]] * self.difference_scale

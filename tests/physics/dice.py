@@ -1,6 +1,6 @@
 """Cubes poured into a box, and which share of the space they fill.
 
-python tests/physics/dice.py --pours 6 --friction 0.4    says it of every pour, and the mean with its interval
+python tests/physics/dice.py --pours 6 --friction 0.4 --sweeps 100    says it of every pour, and the mean with its interval
 """
 
 import argparse
@@ -15,16 +15,17 @@ import minibullet as mb
 LANE = 1.8  # between cubes that fall side by side: more than the diagonal of their cross-section, sqrt(3) = 1.73 edges
 COUNT, WIDTH = 600, 10.0  # cubes of a pour, edges: about 11 edges high, so a quarter of the box is far from every wall
 FRICTION = 0.4  # plastic on plastic, handbooks; written down before the first pour
+SWEEPS = 100  # of the solver, a step at most
 WALL = 2.0  # edges from walls, floor and surface within which dice order themselves: left out of the measurement
 
 
-def pour(count, width, seed, friction=FRICTION, time_step=1 / 120, iterations=100):
+def pour(count, width, seed, friction=FRICTION, sweeps=SWEEPS, time_step=1 / 120):
     """A World with so many cubes of edge 1 m, poured layer by layer at random into a box of this width [m]; the dice.
 
     The solver is that of a placement test, with so many sweeps a step. The exact one took 65,000 sparse factorizations for the
     first 400 steps of a pour.
     """
-    solver = {"solver": "gauss_seidel", "iterations": iterations, "tolerance": 1e-4}
+    solver = {"solver": "gauss_seidel", "iterations": sweeps, "tolerance": 1e-4}
     world = mb.World(mb.Gravity(9.81), mb.Settings(friction=friction, time_step=time_step, **solver))
     world.add_plane()
     for wall in ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0)):
@@ -63,13 +64,13 @@ def solid_fraction(dice, width, points=100_000):
     return filled.mean()
 
 
-def poured(seeds, count=COUNT, width=WIDTH, friction=FRICTION, told=None):
+def poured(seeds, count=COUNT, width=WIDTH, friction=FRICTION, sweeps=SWEEPS, told=None):
     """Solid fraction of a pour of each seed, (n,) [-], and the deepest penetration at the end of any [m]; told(seed, fraction,
     penetration, seconds) is called after each."""
     found, deepest = [], 0.0
     for seed in seeds:
         started = time.process_time()
-        world, dice = pour(count, width, seed, friction)
+        world, dice = pour(count, width, seed, friction, sweeps)
         found.append(solid_fraction(dice, width))
         deepest = max(deepest, world.last_step.penetration)
         if told:
@@ -92,6 +93,8 @@ if __name__ == "__main__":
     asked.add_argument("--count", type=int, default=COUNT)
     asked.add_argument("--width", type=float, default=WIDTH)
     asked.add_argument("--friction", type=float, default=FRICTION)
+    asked.add_argument("--sweeps", type=int, default=SWEEPS)
     options = asked.parse_args()
-    fractions, _ = poured(range(1, options.pours + 1), options.count, options.width, options.friction, _told)
+    settings = options.count, options.width, options.friction, options.sweeps
+    fractions, _ = poured(range(1, options.pours + 1), *settings, _told)
     print(f"solid fraction of {options.pours} pours: {fractions.mean():.3f} +- {half_interval(fractions):.3f} (95 %, Student)")

@@ -170,6 +170,18 @@ def test_an_accelerometer_that_is_off_hides_no_drag():
     assert found.verdict == "effect" and found.effects == ("quadratic_drag", "accelerometer_offset") and offset_told(found)
 
 
+def test_a_velocity_that_acts_by_its_square_takes_no_misfit_away():
+    """A fall of unknown start, read along its way alone, with an error of 0.1 m/s2: a velocity across it would change readings
+    by its square, of which there is no slope. What is left is what the best start along it leaves."""
+    wrong = [off(fall(DRAG, k)) for k in (0, 1)]
+    frames = [{"t_s": each["t_s"], "az_m_s2": each["az_m_s2"]} for each in wrong]
+    model = {"effects": [{"name": "quadratic_drag", "drag_coefficient": DRAG}]}
+    opened = experiment(frames, CUBE, surroundings={"fluid_density": DENSITY}, model=model).opened(Options())
+    fit = prepare(opened.measurement).base
+    left = [sum(float(part @ part) for part in parts) for parts in (fit.linearization.white, fit.linearization.projected[0])]
+    assert left[0] == pytest.approx(left[1], abs=0.1)
+
+
 SOME = {"candidates": ["friction", "load_dependent_friction"]}
 
 
