@@ -122,10 +122,13 @@ def _fewest_axes(regression, best, ranges):
 
 
 def _learned(problem, fit, regression, ranges, best, also):
-    """The Learned law, its numbers refitted through the simulator where it is an effect; None where that contradicts it."""
+    """The Learned law, its numbers refitted through the simulator where it is an effect; None where recordings that these were
+    not fitted to are foretold no better by it, or where the simulator contradicts it."""
     law = best.law
     linear, spread = regression.estimate(law, best.searched)
     errors, axes = _errors(regression, best.foretold), _measured(regression)
+    if not errors["after"] < errors["before"]:
+        return None
     if law.own_phases:
         numbers = _swings(law, linear.reshape(len(regression.flights), -1), best.searched, spread)
         return Learned("time", law.form, numbers, sentence(law, numbers, None, also, axes), "", errors, {}, tuple(also))

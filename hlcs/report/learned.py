@@ -25,8 +25,11 @@ def text(learned):
 
 
 def numbers_of(learned):
-    """The numbers of the law with their intervals, and what it foretells: parts of a section."""
-    rows = tuple((name, value(entry), interval(entry)) for name, entry in learned.numbers.items())
+    """The numbers of the law with their intervals, those of a table with where they stand, and what it foretells: parts of a
+    section."""
+    unit, places = UNITS.get(learned.variable, "m"), learned.band.get("grid", ()) if learned.form == "table" else ()
+    at = {f"value_{k}": f", at {learned.variable} {place:.3g} {unit}" for k, place in enumerate(places, start=1)}
+    rows = tuple((name + at.get(name, ""), value(entry), interval(entry)) for name, entry in learned.numbers.items())
     errors = (
         f"Error of recordings that the numbers were not fitted to: {size(learned.held_out['before'], 'm')} before, "
         f"{size(learned.held_out['after'], 'm')} with it."

@@ -99,11 +99,10 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
 
 
 def learned_law(experiment, sets):
-    """The Learned law that explains what the best of the FittedSets leaves, or None.
+    """The Learned law that explains what the best of the FittedSets leaves, or None: it takes HELPS of that, as an effect must.
 
     Effects that do not explain the data may hold a part of what is missing: a law without them stands where it does better than
-    they do, not where it does as well, and where it takes HELPS of what they leave, as an effect must: a table of ten numbers
-    absorbs more than a law of one.
+    they do, not where it does as well.
     """
     search, effects = sets.search, sets.best
     best, bare = search.fits[effects], search.implied if search.implied in search.fits else frozenset()
@@ -112,13 +111,11 @@ def learned_law(experiment, sets):
         alone = experiment.learn(search.problem, search.fits[bare], best) if bare != effects else None
     except KeyboardInterrupt:  # the verdict is known
         return search.budget.stop(search.progress)
+    found, alone = (law if law and (not law.fit or explained(best, law.fit) >= HELPS) else None for law in (found, alone))
     if not (alone and alone.fit):
         return found
-    if explained(best, alone.fit) < HELPS:
-        return found
     fit = found.fit if found and found.fit else best
-    least = fit.tempered(sets.overdispersion) + search.price(effects) - TIED
-    return alone if alone.fit.tempered(sets.overdispersion) + search.price(bare) < least else found
+    return alone if sets.cost_of(bare, alone.fit) < sets.cost_of(effects, fit) - TIED else found
 
 
 def finals(experiment, search, known, polished):

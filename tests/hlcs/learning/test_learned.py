@@ -25,6 +25,14 @@ def test_json_is_as_the_contract_has_it():
     assert Learned("time", "oscillation", {}, "..", "", held_out, {}, ()).to_json()["effect_file"] is None
 
 
+def test_the_numbers_of_a_table_are_told_with_where_they_stand():
+    """By the grid of its band, in the unit of its variable."""
+    numbers = {"value_1": number(2.0, unit="m/s2"), "value_2": number(1.0, unit="m/s2")}
+    held_out = {"before": 1.0, "after": 0.1}
+    learned = Learned("speed", "table", numbers, "..", "text", held_out, {"grid": np.array([0.5, 2.25])}, ())
+    assert "value_1, at speed 0.5 m/s" in learned.summary() and "value_2, at speed 2.25 m/s" in learned.summary()
+
+
 def test_sentences():
     point = {f"point_{axis}": number(value) for axis, value in zip("xyz", (2.0, 0.0, 1.0), strict=True)}
     pull = {"strength": number(1.5, unit="m/s2"), "exponent": number(-2.0)} | point

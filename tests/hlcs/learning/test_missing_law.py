@@ -114,6 +114,12 @@ def test_a_wrong_start_is_no_oscillation(throw):
     assert found is None or found.form != "oscillation"
 
 
+def test_a_law_that_foretells_other_recordings_worse_is_none(magnet, monkeypatch):
+    """The true one, where these are told to be off by more with it than without it."""
+    monkeypatch.setattr("hlcs.learning.missing_law._errors", lambda regression, foretold: {"before": 0.004, "after": 0.005})
+    assert learn(*magnet) is None
+
+
 def test_noise_teaches_nothing(throw):
     assert learn(*throw(lambda x, v, t: 0.0 * x, seed=3)) is None
 
