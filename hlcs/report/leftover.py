@@ -231,13 +231,14 @@ def _unswinging(table):
         alike = "recordings" if "time" in table else "sets" if "layer" in table else "groups"
         together = f" in the same way in all {alike}" if len(np.unique(table["trial"])) > 1 else ""
         return f"{100 * common[1]:.0f} % of it goes with {WORDS.get(common[0], common[0])}{together}"
-    if "time" not in table:
-        if _by_setting(table) > SHOWN:
-            return "it goes with the settings of the rows, and not with one input alone: rows of equal inputs miss alike"
-        return "it goes with no input: rows scatter more than the noise says"
+    tabulated = "time" not in table
+    if tabulated and _by_setting(table) > SHOWN:
+        return "it goes with the settings of the rows, and not with one input alone: rows of equal inputs miss alike"
     offset = own_offset(table)
     if offset > SHOWN:
-        return f"{100 * offset:.0f} % of it is an offset that each recording has of its own"
+        return f"{100 * offset:.0f} % of it is an offset that each {'group of rows' if tabulated else 'recording'} has of its own"
+    if tabulated:
+        return "it goes with no input: rows scatter more than the noise says"
     drift = neighbours(table)
     if drift > ALIKE:
         return (

@@ -66,7 +66,7 @@ NEEDS = {
         lambda shown: "rx" in shown.columns or shown.contact and any(trial.body.shape != "sphere" for trial in shown.trials),
     ),
     Need.RELEASE: (
-        "the moment of release is not known (no start velocity stated)",
+        "the moment of release is not known: no start velocity is stated, or the body is let go after the first sample",
         lambda shown: any("velocity" in trial.start for trial in shown.trials),
     ),
     Need.SIDEWAYS: ("no horizontal position is measured", lambda shown: bool(shown.columns & {"x", "y"})),

@@ -100,9 +100,9 @@ class Search:
         return self.excess(fit) < 0 and all(free.plausible(value) for _, free, value in fit.numbers)
 
     def compatible(self, effects):
-        """May these candidates stand in one model? Not two forms of one law, and nothing that acts through a drag without it."""
+        """May these candidates stand in one model? Not two forms of a law in the same power, nor what acts by an absent drag."""
         entries = [self.candidates[name] for name in effects]
-        forms = [entry.form_of for entry in entries if entry.form_of]
+        forms = [(entry.form_of, power) for entry in entries if entry.form_of for power in entry.kind.powers]
         kinds = [*self.base_kinds, *(entry.kind for entry in entries)]
         return len(forms) == len(set(forms)) and not any(lacks_drag(entry, kinds) for entry in entries)
 

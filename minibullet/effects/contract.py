@@ -180,7 +180,8 @@ class Facts(Value):
     group: ClassVar[str] = ""  # heading in lists of candidates: fluid, contact_normal, contact_tangential, measurement, ...
     needs: ClassVar[tuple[Enum, ...]] = ()  # what it needs, the first to be named where it is missing
     alike: ClassVar[str] = ""  # label of the set whose members may turn out to be one and the same for given data
-    form_of: ClassVar[str] = ""  # the same for forms of one law, of which a model never holds two
+    form_of: ClassVar[str] = ""  # the same for forms of one law
+    powers: ClassVar[tuple[int, ...]] = (0,)  # of the speed with which such a form goes; forms of other powers add up to a law
     reynolds: ClassVar[tuple[float, float]] = (0.0, np.inf)  # Reynolds numbers that must be reached, and up to which it holds
     contains: ClassVar[tuple[type, ...]] = ()  # laws that it is instead of: with one of these it would count twice
     replaces: ClassVar[bool] = False  # True: it states a coefficient that every model has; others then change that one

@@ -96,6 +96,7 @@ class ViscousDrag(Viscous, Drag):
     """A drag of that kind, one form of the law of drag."""
 
     form_of = "drag_form"
+    powers = (1,)
     reynolds_of_spheres = (0.0, 1.0)
 
 
@@ -184,6 +185,7 @@ class SphereDrag(StokesDrag):
         "viscosity than a small one."
     )
     confused_with = ("history_force", "wall_drag")
+    powers = (1, 2)
     contains = (StokesDrag,)
     needs = (Need.FLUID, Need.SPHERE, Need.MASS_AND_SIZE)
     reynolds_of_spheres = reynolds = (0.0, SCHILLER_NAUMANN)
@@ -236,6 +238,7 @@ class QuadraticDrag(Drag):
     )
     confused_with = ("buoyancy", "length_scale", "time_scale", "mass_offset", "history_force")
     form_of = "drag_form"
+    powers = (2,)
     reynolds_of_spheres = (1e3, 2e5)  # coefficient constant to some 10 %: Clift, Grace and Weber (1978), ch. 5
 
     def forces(self, bodies, time):
@@ -296,6 +299,7 @@ class DragCrisis(Drag):
         "at high speed."
     )
     form_of = "drag_form"
+    powers = (2,)
     contains = (QuadraticDrag,)
     needs = (Need.FLUID, Need.MASS_AND_SIZE)
     reynolds_of_spheres = (1e3, np.inf)

@@ -200,3 +200,25 @@ def test_a_late_trigger_and_drag_are_told_from_the_slow_clock_that_imitates_both
     diagnosis = hlcs.diagnose(path, candidates=["quadratic_drag", "clock_offset", "time_scale"])
     assert diagnosis.verdict == "effect" and set(diagnosis.effects) == {"quadratic_drag", "clock_offset"}
     assert diagnosis.parameters["clock_offset"]["offset"]["value"] == pytest.approx(late, abs=0.002)  # 4 standard errors
+
+
+def test_a_glider_with_a_brake_and_a_sail_has_both(generator):
+    """v' = -a v - b v^2 on a level track, in closed form: u = e^(-at), v = a u/(a/v0 + b (1 - u)), x = log(1 + b v0 (1 - u)/a)/b.
+    A stream of the air and a slope of the track, which nobody saw, made up for the part that could not stand beside the other."""
+    brake, sail, times = 0.25, 0.3, np.arange(0.0, 2.5, 0.02)
+    frames = []
+    for speed in (0.4, 0.7, 1.0, 1.3, 1.6, 1.9):
+        way = np.log1p(sail * speed * -np.expm1(-brake * times) / brake) / sail
+        frames.append({"t_s": times, "x_m": way + 0.001 * generator.standard_normal(len(times))})
+    glider = hlcs.Experiment.from_frames(
+        frames,
+        body={"mass": 0.3},
+        noise={"position": 0.001},
+        measurement={"planar": True},
+        trials=[{"group": k} for k in "abcabc"],
+    )
+    diagnosis = hlcs.diagnose(glider)
+    assert diagnosis.verdict == "effect" and set(diagnosis.effects) == {"linear_drag", "quadratic_drag"}
+    numbers = diagnosis.parameters["linear_drag"]["rate"], diagnosis.parameters["quadratic_drag"]["drag_per_metre"]
+    for number, true in zip(numbers, (brake, sail), strict=True):
+        assert abs(number["value"] - true) < 4 / 1.645 * (number["high"] - number["low"]) / 2  # four standard errors

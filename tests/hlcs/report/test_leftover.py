@@ -63,6 +63,15 @@ def test_rows_of_equal_inputs_that_miss_alike_do_not_scatter(generator):
         assert told in likeness(rows | {"speed_m_s": speed, "angle_deg": angle})
 
 
+def test_an_offset_of_each_group_of_rows_is_told(generator):
+    """Nine groups of ten rows whose inputs are the same, such as drops that were timed by nine students, each three sigma off."""
+    group, speed = np.repeat(np.arange(9), 10), np.tile(np.linspace(1.0, 5.0, 10), 9)
+    for offset, told in ((3.0, "an offset that each group of rows has of its own"), (0.0, "rows scatter more")):
+        sigmas = np.where(group % 2, offset, -offset) + generator.standard_normal(90)
+        rows = {"trial": group, "channel": np.zeros(90, int), "input": speed, "sigmas": sigmas, "residual": sigmas}
+        assert told in likeness(rows | {"speed_m_s": speed})
+
+
 def test_what_is_left_in_few_of_the_recordings_names_these(generator):
     """A step of ten times the noise in one of four; as large in three of them it is no matter of a few."""
     names = ("a.csv", "b.csv", "c.csv", "d.csv")

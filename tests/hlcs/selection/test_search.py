@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import partial
+from itertools import combinations, product
 from types import SimpleNamespace
 
 import numpy as np
@@ -56,6 +57,18 @@ def test_a_set_costs_its_misfit_its_numbers_what_is_believed_of_them_and_the_odd
     paid = np.log(40) + 2 * np.log(1 + 0.36) + ODDS
     assert search.cost(frozenset()) - search.cost(law) == pytest.approx(9 * SXX / 0.1**2 - paid, rel=1e-4)
     assert search.foreseen[law].cost == pytest.approx(search.cost(law), abs=0.01)
+
+
+def test_forms_of_a_law_stand_beside_each_other_where_they_go_with_other_powers_of_the_speed():
+    """A brake in proportion to the speed and a sail that goes with its square are one drag of two parts; two brakes are not, nor
+    is a curve that has both parts and one of them."""
+    ball, water = rigid_body(Body("sphere", radius=0.01, mass=0.01)), Surroundings(fluid_density=1000.0, fluid_viscosity=1e-3)
+    kinds = (effects.LinearDrag, effects.StokesDrag, effects.SphereDrag, effects.QuadraticDrag, effects.DragCrisis)
+    problem = Line(TIMES, TIMES)
+    search = Search(problem, [candidate(kind, water, ball, True) for kind in kinds], problem.fit(Model()))
+    beside = {frozenset(pair) for pair in combinations(search.candidates, 2) if search.compatible(set(pair))}
+    viscous, inertial = ("linear_drag", "stokes_drag"), ("quadratic_drag", "drag_crisis")
+    assert beside == {frozenset(pair) for pair in product(viscous, inertial)}
 
 
 def test_a_law_that_holds_another_pays_the_odds_twice():
