@@ -14,6 +14,7 @@ from pathlib import Path
 
 from hlcs.files import limits
 from hlcs.files.limits import LARGEST
+from hlcs.files.other_words import in_place_of
 from minibullet.errors import LONGEST_NAME, InputError, InputWarning, if_alike, is_number, known_one, nearest, shown, shown_value
 from minibullet.files.reading import read_text
 
@@ -191,7 +192,10 @@ class TomlFile:
                 self.fail(key, self._unknown(key, section), section, index)
 
     def _unknown(self, key, section):
-        """What is said of an unknown key: where it belongs, or the nearest key that the section knows."""
+        """What is said of an unknown key: what to write in its place, where it belongs, or the nearest key that the section
+        knows."""
+        if told := in_place_of(key):
+            return f"unknown key; {told}"
         if not nearest(key, self.sections[section], ALIKE):
             for other, keys in self.sections.items():
                 if other and (near := nearest(key, keys, ALIKE)):
