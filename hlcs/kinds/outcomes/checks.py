@@ -1,15 +1,18 @@
 """Outcome tables that are refused: what no laboratory can have measured, in a sentence each."""
 
+import warnings
+
 import numpy as np
 
 from hlcs.data.bodies import SHAPES, impossible_density, refuse_unsized
 from hlcs.data.combinations import too_narrow
 from hlcs.data.free_falls import remedy
-from hlcs.data.quantities import NEEDED_INPUTS, OUTCOMES
+from hlcs.data.quantities import NEEDED_INPUTS, OUTCOMES, ROW_KEYS
 from hlcs.data.rigid_body import rigid_body
 from hlcs.effects.needs_of_model import check_needs
+from hlcs.files.limits import unlikely
 from hlcs.simulation import outcome_motion
-from minibullet.errors import LIKE, InputError, nearest
+from minibullet.errors import LIKE, InputError, InputWarning, nearest
 
 # Measured over predicted: outside these bounds no effect is missing, a unit is wrong.
 PLAUSIBLE = {
@@ -47,6 +50,7 @@ def check_table(file, table, own=()):
         raise InputError(f"{table.file}: slide_time_s needs the column 'distance_m' (way to slide) or 'speed_m_s' (time to stop)")
     _check_columns(file, table)
     _check_rows(table)
+    _tell_unlikely(table)
     setups = outcome_motion.row_setups(file, table)
     for row, setup in enumerate(setups):
         refuse_unsized(file.source, setup.body, False, "body")
@@ -77,6 +81,14 @@ def _check_columns(file, table):
             f'{table.file}, column radius_m: a body of shape "{file.body.shape}" has none, its size is body.{keys}; leave '
             "the column out, or state another shape"
         )
+
+
+def _tell_unlikely(table):
+    """Warn of the first row of each input that is hardly meant, as of a setting in the file."""
+    for column, values in table.inputs.items():
+        told = (unlikely(ROW_KEYS.get(column, ("", column))[1], each) for each in values)
+        if odd := next(((row, said) for row, said in zip(table.rows, told, strict=True) if said), None):
+            warnings.warn(f"{table.file}, row {odd[0]}, column {column}: {odd[1]}", InputWarning, stacklevel=3)
 
 
 def _check_rows(table):

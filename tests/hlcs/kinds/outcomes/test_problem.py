@@ -108,6 +108,15 @@ def test_a_noise_above_every_outcome_is_told(tmp_path):
         prepare_table(*table(tmp_path, falls(), "noise = 3\n"))
 
 
+def test_heights_in_centimetres_and_a_friction_beyond_rubber_are_told(tmp_path):
+    """Falls from 150 m, of 5.5 s: nothing in them contradicts itself, and no laboratory is as high."""
+    columns = {"height_m": [1.0, 150.0, 150.0], "friction": [0.6, 0.6, 3.1], "fall_time_s": [0.45, 5.5, 5.5]}
+    with pytest.warns(InputWarning) as told:
+        prepare_table(*table(tmp_path, columns))
+    said = [str(each.message).split(" is hardly meant")[0].split("t.csv, ")[-1] for each in told]
+    assert said == ["row 3, column height_m: 150 m", "row 4, column friction: 3.1"]
+
+
 def test_columns_that_say_of_what_body_and_where_stay_allowed(tmp_path):
     beside = {"mass_kg": [0.05] * 18, "radius_m": [0.03] * 18, "friction": [0.4] * 18, "gravity_m_s2": [9.81] * 18}
     beside |= {"height_m_sd": [0.001] * 18, "group": ["a", "b"] * 9}
