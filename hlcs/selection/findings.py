@@ -214,7 +214,7 @@ def _leaves(sets, name, left):
         return f"{told}; it was not fitted, since other sets promised more"
     if sets.cost(frozenset(left["effects"])) > sets.cost(sets.best):
         if sets.overdispersion > 1:
-            return f"{told}: no more than what else is left may do by chance"
+            return f"{told}: the difference is small beside what both leave, and may be chance"
         return f"{told}, which is more probable: it needs fewer numbers, or more usual ones"
     members = frozenset(left["effects"])
     if sets.absorbs(members, name):
