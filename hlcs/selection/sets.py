@@ -119,9 +119,9 @@ class FittedSets:
 
     def absorbs(self, effects, name):
         """Where no set explains the data: does an effect take less than HELPS of the excess misfit that is left without it? Not
-        one whose number impacts show otherwise than the model has it: a second witness tells that it is there. What a flight
-        shows of a drag is no second one."""
-        witnessed = self.search.problem.simulator.contact and name in self.search.readings
+        a law of contact whose number impacts show otherwise than the model has it: a second witness tells that it is there. What
+        a flight shows of a drag, or of a spin that is lost, is no second one."""
+        witnessed = name in self.search.readings and self.search.candidates[name].group.startswith("contact")
         return self.overdispersion > 1 and not witnessed and self.share(effects, name) < HELPS
 
     def share(self, effects, name):

@@ -9,7 +9,7 @@ import pytest
 from linear_models import LAWS, Bend, Line, model, sets
 from scipy import stats
 
-from hlcs.effects import Free
+from hlcs.effects import Free, class_named
 from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.estimation.fitting import fit_at, with_values
 from hlcs.selection.search import Search
@@ -244,14 +244,15 @@ def test_what_absorbs_most_is_kept_aside_where_nothing_stands(generator, implied
     assert FittedSets(search, CrossValidation(problem.trials, "group")).absorbing == []
 
 
-@pytest.mark.parametrize(("contact", "best"), [(False, set()), (True, {"linear_drag"})])
-def test_impacts_are_a_second_witness_of_an_effect_and_what_a_flight_shows_of_a_drag_is_none(generator, contact, best):
+@pytest.mark.parametrize(("kind", "best"), [("linear_drag", set()), ("spin_decay", set()), ("friction", {"linear_drag"})])
+def test_impacts_are_a_second_witness_of_a_law_of_contact_and_what_a_flight_shows_of_a_drag_is_none(generator, kind, best):
     """A rise of 0.3 a second beside a swing, too little to stand by the misfit: what impacts show of its number lets it stand."""
     times = [np.linspace(0.0, 2.0, 25) for _ in range(4)]
     values = [0.3 * t + 0.5 * np.sin(3 * np.pi * t) + 0.05 * generator.standard_normal(25) for t in times]
     problem = Bend(times, values, 0.05, ["a", "b", "a", "b"])
-    search = Search(problem, [LAWS["linear_drag"]], problem.fit(Model()), readings={"linear_drag": {"rate": 0.3}}).run()
-    problem.simulator.contact = contact
+    law = replace(LAWS["linear_drag"], kind=class_named(kind))
+    search = Search(problem, [law], problem.fit(Model()), readings={"linear_drag": {"rate": 0.3}}).run()
+    problem.simulator.contact = True
     assert FittedSets(search, CrossValidation(problem.trials, "group"), 2.0).best == best
 
 
