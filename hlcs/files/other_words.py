@@ -2,18 +2,18 @@
 
 TURNS = "write angular_velocity = [x, y, z], in rad/s"
 VELOCITIES = "velocities are not read: write positions in m, or accelerations where these were measured"
-IN_PLACE = {  # beginning of a name, in lower case -> what to write
+IN_PLACE = {  # beginning of a name of a key or a column, in lower case -> what to write
     "diameter": "write radius, half of it",
     "weight": "write mass, in kg",
     "spin": TURNS,
     "rpm": f"{TURNS}: a turn a minute is 0.1047 rad/s",
     "terminal_speed": "write the time between two marks, passage_time_s, with mark_1_m and mark_2_m, depths below the release",
-    **dict.fromkeys(("v", "vx", "vy", "vz"), VELOCITIES),
 }
+OF_COLUMNS = IN_PLACE | dict.fromkeys(("v", "vx", "vy", "vz"), VELOCITIES)  # of a start the file may state a velocity
 
 
-def in_place_of(name):
-    """What to write in place of a name that files do not know, in words; "" where nothing is known of it."""
+def in_place_of(name, known=IN_PLACE):
+    """What to write in place of a name that files do not know, in words; "" where nothing is known of it. known: as IN_PLACE."""
     words = str(name).strip().lower().split("_")
     beginnings = ("_".join(words[:count]) for count in range(len(words), 0, -1))
-    return next((IN_PLACE[each] for each in beginnings if each in IN_PLACE), "")
+    return next((known[each] for each in beginnings if each in known), "")
