@@ -63,7 +63,7 @@ def diagnose(file, candidates, effects_file, allow_outside, plots, mended, seed,
     for folder in filter(None, (out, plots)):
         folders.check_folder(folder)  # refused now, not after minutes
     if mended:
-        check_target(mended)
+        check_target(mended, file)
     diagnosis = diagnose_file(
         file,
         candidates=names,

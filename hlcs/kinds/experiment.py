@@ -6,6 +6,7 @@ hlcs.diagnose(e).apply(e).save("drop_2.toml")
 """
 
 import copy
+import hashlib
 import os
 import shlex
 import tomllib
@@ -28,7 +29,7 @@ from minibullet.errors import InputError, shown_value
 from minibullet.files.reading import read_bytes
 from minibullet.values import table as html_table
 
-MADE = "# Written by hlcs from "  # how a file begins that may be written again
+MADE = "# Written by hlcs from "  # how a file begins that may be written again while its mark fits
 IN_PYTHON = "frames"  # what messages call an experiment that stands in no file
 
 
@@ -181,11 +182,11 @@ class Experiment:
         """Write it as an experiment file that names its data from there; frames are written beside it as CSV files.
 
         Returns the Experiment of that file. It keeps the comments of the file that it was read from, where [model] stands in that
-        under a title of its own, or nowhere. Raises InputError where another file of that name stands there, or none can be
-        written.
+        under a title of its own, or nowhere. Raises InputError where another file of that name stands there, or one that was
+        changed since it was written, or none can be written.
         """
         path, found = folders.path_of(path), {}
-        check_target(path)
+        check_target(path, self.file.path)
 
         def name_of(name):
             if name in self.file.source.tables:
@@ -234,10 +235,10 @@ class Experiment:
             table[key] = name_of(table[key])
         kept = self._kept_text(document)
         if kept:
-            return f"{MADE}{self.file.path.name}\n{kept}"
+            return _marked(self.file.path.name, kept)
         ordered = {section: document[section] for section in SECTIONS[""] if section in document}
-        whence = "frames in Python." if self.file.source.tables else f"{self.file.path.name}; comments stay there."
-        return f"{MADE}{whence}\n" + folders.to_toml(ordered, inline=True)
+        whence = "frames in Python" if self.file.source.tables else f"{self.file.path.name}; comments stay there"
+        return _marked(whence, folders.to_toml(ordered, inline=True))
 
     def _kept_text(self, document):
         """The text that it was read from with another [model] and other names of data files; "" where that does not say what the
@@ -260,9 +261,26 @@ class Experiment:
         return [self.file.path.parent / table[key] for table, key in _named_files(self.file.source.values)[1]]
 
 
-def check_target(path):
-    """InputError where no experiment file can be written, see `hlcs.files.folders.check_file`."""
+def check_target(path, source):
+    """InputError where no experiment file can be written, see `hlcs.files.folders.check_file`, or where what somebody changed in
+    one would be lost; source: the file that it is made from, whose own changes it keeps."""
     folders.check_file(path, MADE, "an experiment file")
+    path = folders.path_of(path)
+    if not path.exists() or os.path.realpath(path) == os.path.realpath(source):
+        return
+    first, _, rest = read_bytes(path, str(path), MOST_BYTES, "give another name").partition(b"\n")
+    if first and not first.endswith(_mark(rest).encode()):
+        raise InputError(f"'{path}' was changed after this program wrote it, and the changes would be lost; give another name")
+
+
+def _marked(whence, text):
+    """The text of a file that may be written again while it is as it was written: its first line says so of the rest."""
+    return f"{MADE}{whence} {_mark(text.encode())}\n{text}"
+
+
+def _mark(content):
+    """What tells whether bytes are still as they were written."""
+    return f"(mark {hashlib.sha256(content).hexdigest()[:16]})"
 
 
 def _named_files(values):

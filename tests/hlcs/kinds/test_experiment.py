@@ -1,5 +1,6 @@
 """An experiment in hand: the same from a file and from frames, changed only into another one, written so that it can be read."""
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -130,7 +131,7 @@ def test_comments_of_the_user_are_kept(tmp_path):
     for name in ("mended.toml", "sub/mended.toml"):
         again = mended.save(tmp_path / name)
         text = (tmp_path / name).read_text()
-        assert text.startswith("# Written by hlcs from throws.toml\n# My throws, Tuesday.\n")
+        assert re.match(r"# Written by hlcs from throws.toml \(mark [0-9a-f]{16}\)\n# My throws, Tuesday\.\n", text)
         assert [line.partition("#")[1:] for line in text.splitlines()[1:] if "#" in line] == wanted
         assert again.file.effects == mended.file.effects and again.file.added == ("quadratic_drag",)
         assert hlcs.compare(again).error == hlcs.compare(mended).error
@@ -145,6 +146,17 @@ def test_a_file_of_the_user_is_never_written_over(tmp_path):
         experiment.save(tmp_path / "throws.toml")
     with pytest.raises(hlcs.InputError, match="is a folder; give the name of a file"):
         experiment.save(tmp_path)
+
+
+def test_changes_in_a_file_that_was_written_are_not_lost(tmp_path):
+    """To another name, or to itself, since it is kept there."""
+    experiment = hlcs.Experiment.read(write_throws(tmp_path, count=2))
+    experiment.save(tmp_path / "mended.toml")
+    (tmp_path / "mended.toml").write_text((tmp_path / "mended.toml").read_text() + "# weighed on Friday\n")
+    with pytest.raises(hlcs.InputError, match="mended.toml' was changed after this program wrote it"):
+        experiment.save(tmp_path / "mended.toml")
+    hlcs.Experiment.read(tmp_path / "mended.toml").with_effects([DRAG]).save(tmp_path / "mended.toml")
+    assert "# weighed on Friday" in (tmp_path / "mended.toml").read_text()
 
 
 def test_an_effect_that_was_added_must_stand_in_the_model(tmp_path):
