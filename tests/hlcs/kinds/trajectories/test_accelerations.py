@@ -291,6 +291,8 @@ REFUSED = [
     ({"scale": 1 / G}, ("multiples of g", "9.81")),
     ({"scale": -1.0}, ("turn the sign",)),
     ({"shift": -G}, ("taken out",)),
+    ({"shift": -G, "columns": ("t_s", "ax_m_s2", "az_m_s2")}, ("taken out",)),
+    ({"shift": -G, "columns": ("t_s", "az_m_s2")}, ("taken out",)),
     ({"planar": True}, ("planar", "floor")),
 ]
 
@@ -300,6 +302,7 @@ def test_what_no_accelerometer_reads_is_refused_with_the_remedy(case, words):
     rows = slide(0.31, 0.8, 0)
     rows = {name: values * (1 if name == "t_s" else case.get("scale", 1.0)) for name, values in rows.items()}
     rows["az_m_s2"] = rows["az_m_s2"] + case.get("shift", 0.0)
+    rows = {name: rows[name] for name in case.get("columns", rows)}
     axes = case.get("axes", "world")
     measurement = ({"accelerometer": axes} if axes else {}) | ({"planar": True} if "planar" in case else {})
     with pytest.raises(InputError) as problem:
