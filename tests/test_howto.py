@@ -18,7 +18,8 @@ BLOCK = re.compile(r"^```(python|bash|toml|text)\n(.*?)^```$", re.MULTILINE | re
 
 
 def walk(page, capsys, until=None):
-    """Follow a page in the current folder: run its python and bash, fill in its toml, and compare its text with what was printed.
+    """Follow a page in the current folder: run its python and bash, write its toml where a comment names the file or
+    else fill it in, and compare its text with what was printed.
 
     until: word of a command before which to stop. Returns the number of blocks of text that were compared. Of a page that drops
     units the words are compared, not the numbers: in a pile the last bit grows, and another processor rounds it otherwise.
@@ -29,6 +30,8 @@ def walk(page, capsys, until=None):
     for kind, text in BLOCK.findall(whole):
         if kind == "python":
             exec(text, names)  # a page of this repository, not a user's file; its snippets follow each other
+        elif kind == "toml" and (named := re.match(r"# (\w+\.toml)\n", text)):
+            Path(named[1]).write_text(text, encoding="utf-8")
         elif kind == "toml":
             lines = experiment.read_text(encoding="utf-8").split("\n")
             for line in filter(None, text.split("\n")):

@@ -19,8 +19,8 @@ def course():
 def course_copy(out, json_file, quiet):
     """All lessons as notebooks (.ipynb) with their data, for work without a network.
 
-    A copy that you have worked in is not overwritten. Notebooks need the extra: pip install "hlcs[notebook]", and a program that
-    shows them, such as JupyterLab or VS Code.
+    A copy that you have worked in is not overwritten. Notebooks need the extra: python -m pip install -e '.[notebook]' in the
+    folder of the project, and a program that shows them, such as JupyterLab or VS Code.
     """
     files = lessons.copy(out)
     titles = {file.name: lessons.title(file.stem) for file in files}

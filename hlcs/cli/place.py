@@ -19,8 +19,8 @@ from hlcs.processes.compilation import compile_engine
 def demo(seed, out, json_file, quiet):
     """The main job in under a minute, beside the laboratory.
 
-    A five-layer placement test of Cubipods on the triangular grid, with the default settings (those of the paper:
-    `hlcs place --preset paper`). In --out: layers.csv, units.csv (every unit: position, heading, state),
+    A five-layer placement test of Cubipods on the triangular grid, with the default settings (the paper's own
+    are others: `hlcs place --preset paper`). In --out: layers.csv, units.csv (every unit: position, heading, state),
     crest_profile.csv, result.json, report.html (one file, opens offline), scene.glb, structure.png, top_view.svg (to
     scale), poses.npz, and settings.toml, which `hlcs place` repeats exactly.
     """

@@ -111,7 +111,7 @@ def text_of(report):
     lines = [f"{name:>12} {version or 'not installed'}" for name, version in report["versions"].items()]
     lines.append("")
     for extra, missing in report["extras"].items():
-        state = f"absent ({', '.join(missing)}); pip install 'hlcs[{extra}]'" if missing else "present"
+        state = f"absent ({', '.join(missing)}); python -m pip install -e '.[{extra}]'" if missing else "present"
         lines.append(f"{'extra ' + extra:>16}: {state}")
     lines.append("")
     for check in report["checks"]:

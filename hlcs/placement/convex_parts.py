@@ -23,7 +23,8 @@ def convex_parts(vertices, triangles, name):
     except ImportError:
         raise InputError(
             f"{name}: a solid that is not convex must be cut into convex pieces, for which the extra 'units' is needed: "
-            "pip install 'hlcs[units]' (or cut it yourself: closed convex pieces, one named solid or object each)"
+            "in the folder of the project, python -m pip install -e '.[units]' (or cut it yourself: closed convex pieces, one "
+            "named solid or object each)"
         ) from None
     coacd.set_log_level("error")
     # "off": the surface is known to be closed, and is cut as it is, not as its remeshed copy

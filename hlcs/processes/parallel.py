@@ -72,7 +72,8 @@ def each_on_dask(address, function, tasks):
         from distributed import Client
         from distributed.scheduler import KilledWorker
     except ImportError:
-        raise InputError("--dask needs the extra 'sweep': pip install 'hlcs[sweep]'") from None
+        how = "python -m pip install -e '.[sweep]' in the folder of the project"
+        raise InputError(f"--dask needs the extra 'sweep': {how}") from None
     try:
         client = Client(address, timeout=10)
     except (OSError, ValueError, TimeoutError) as problem:

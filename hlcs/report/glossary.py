@@ -19,7 +19,8 @@ GLOSSARY = {
     "makes it fall.",
     "noise": "How far two readings of the same thing differ: one standard deviation of one reading, also called sigma.",
     "p": "The probability that noise alone shows a misfit as large as this one.",
-    "residual": "Measured - model. Above zero: the model is too low.",
+    "residual": "Of data: measured - model; above zero the model is too low. Of a step of the engine: by how much its impulses "
+    "miss the contact law.",
     "rms": "Root mean square, the usual size of an error: the root of the mean of its squares.",
     "starts": "Position and velocity at the first sample. What the file does not state of them is fitted and takes up a share of "
     "the noise, so that a perfect model misses by a little less than the noise.",
@@ -40,6 +41,9 @@ OTHERS = {
     "certificate": "What each step of the engine publishes of itself: by how much its impulses miss the contact law, "
     "relative to the velocities, with the contact where they miss it most. Below the tolerance the step counts as solved.",
     "coefficient of variation, CV": "The standard deviation between tests over their mean.",
+    "bed": "What the first layer stands on: flat, a slope, a mound, or a survey.",
+    "crest": "The top of the structure; its level is the mean of the plates on the last layer, above datum.",
+    "datum": "The level z = 0 from which levels are counted.",
     "contact friction": "The friction coefficient of a pair of surfaces. Bullet multiplies one coefficient of each body: "
     "its 0.6 and 0.6 make a contact friction of 0.36.",
     "Cubipod": "An armour unit: a cube with a truncated pyramid on each of its six faces.",
@@ -47,6 +51,8 @@ OTHERS = {
     "All of them: {doc}`reference/effects/index`.",
     "experiment file": "A TOML file that says what was dropped, thrown or placed, what was measured, and which model is "
     "under test.",
+    "family": "Effects of one origin (physics, placement, measurement, shortcuts of the model): data of layers may tell families "
+    "apart where they cannot tell their members apart.",
     "falling distance": "How far above the units below it a unit is let go, in nominal diameters.",
     "group": "Recordings that are held out together, because they may share what is wrong with them: a day, a film.",
     "hull": "The convex hull of a unit, a simpler body that fills its hollows. Units of hulls cannot interlock.",
@@ -57,6 +63,8 @@ OTHERS = {
     "layer coefficient": "Thickness of a layer over the nominal diameter, k. The sum over the layers is the height of the "
     "structure.",
     "lost": "A unit is lost where it fell out of its layer, onto a lower layer or onto the bed.",
+    "low-crested structure": "A breakwater whose top lies near the level of the water; homogeneous (HLCS) where it is made of "
+    "one kind of unit throughout.",
     "mean relative error, eps_R": "Mean over the layers of the difference between model and measurement, without its sign, over "
     "what was measured.",
     "misplaced": "A unit is misplaced where it came to rest more than half a nominal diameter from its aim, seen from above.",
