@@ -4,8 +4,15 @@ from math import pi, sqrt
 
 import numpy as np
 
+from minibullet import rotations
 from minibullet.kernels import leaf
 from minibullet.vectors import dot
+
+
+def turned_since_first(orientation):
+    """Rotation of every sample since the first one, turn by turn (n, 3) [rad], of orientations (n, 4)."""
+    steps = rotations.logarithm(rotations.product(orientation[1:], rotations.conjugate(orientation[:-1])))
+    return np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
 
 
 def continued(turns):

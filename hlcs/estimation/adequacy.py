@@ -53,15 +53,14 @@ def blocks_in_time(channel, length):
 
 
 def fit_adequacy(problem, fit, partitions, models=None):
-    """(Adequacy of a fit, its white residuals as they stand (n,)): a fit that did not come to its end has not explained what more
-    steps would.
+    """Adequacy of a fit as it stands: one that did not come to its end has not explained what more steps would.
 
     partitions: as for `adequacy`; models: list of what the fit expects of every observation (n_i,): readings may be rounded.
     """
     residuals, signatures = fit.linearization.projected
     signatures = [columns * ~fit.held for columns in signatures]
     draw = NoiseDraws(problem.noise, problem.recordings, models, problem.shared_doubt)
-    return adequacy(residuals, fit.linearization.state_columns, signatures, partitions, draw), np.concatenate(residuals)
+    return adequacy(residuals, fit.linearization.state_columns, signatures, partitions, draw)
 
 
 def adequacy(residuals, columns, shared, partitions, draw, draws=600):

@@ -5,8 +5,7 @@ from collections import Counter
 import numpy as np
 
 from hlcs.estimation.correlated_noise import lower_factor
-from hlcs.estimation.least_squares import belief, least_squares, whitening_of
-from hlcs.estimation.linearization import free_numbers
+from hlcs.estimation.least_squares import least_squares, whitening_of
 
 FEW_RECORDINGS = 6
 
@@ -14,7 +13,8 @@ FEW_RECORDINGS = 6
 class CrossValidation:
     """Two halves of the recordings, by group: of each session every second group, so that both tell the numbers of it."""
 
-    def __init__(self, trials, hold_out):
+    def __init__(self, trials, hold_out, few=None):
+        """few: so few that each half must show a fall; None: as the recordings of each body tell."""
         groups = {}  # name -> the first of its sessions
         for trial in trials:
             session = getattr(trial, "session", "")
@@ -24,7 +24,7 @@ class CrossValidation:
         self.half = np.array([groups.index(trial.group) % 2 for trial in trials])  # of each recording, 0 or 1
         recordings = {(trial.body, trial.whole) for trial in trials}
         counts = Counter(body for body, _ in recordings)
-        self.few = min(counts.values()) < FEW_RECORDINGS  # so few that each half must show a fall
+        self.few = min(counts.values()) < FEW_RECORDINGS if few is None else few
 
     def residuals(self, fit):
         """White, projected residuals of every recording, numbers taken from the other half (list of (n_i,)).
@@ -38,7 +38,7 @@ class CrossValidation:
             own, change = ~np.any([s[k].any(axis=0) for k in train], axis=0), told.estimate.copy()
             if own.any():
                 left = [r[k] - s[k][:, ~own] @ np.clip(change, *fit.ends)[~own] for k in inside]
-                change[own] = _fitted(left, [s[k][:, own] for k in inside], *(row[own] for row in _belief(fit))).estimate
+                change[own] = _fitted(left, [s[k][:, own] for k in inside], *(row[own] for row in fit.belief)).estimate
             change = np.clip(change, *fit.ends)
             for k in inside:
                 held_out[k] = r[k] - s[k] @ change
@@ -64,11 +64,7 @@ class CrossValidation:
         """[(recordings of a half, those of the other, LinearFit of the numbers to those, from where they stand)]"""
         r, s = fit.linearization.projected
         halves = [(np.flatnonzero(self.half == half), np.flatnonzero(self.half != half)) for half in (0, 1)]
-        return [(inside, train, _fitted([r[k] for k in train], [s[k] for k in train], *_belief(fit))) for inside, train in halves]
-
-
-def _belief(fit):
-    return belief(fit.estimate, free_numbers(fit.model))
+        return [(inside, train, _fitted([r[k] for k in train], [s[k] for k in train], *fit.belief)) for inside, train in halves]
 
 
 def _fitted(residuals, columns, believed, slopes):

@@ -1,6 +1,7 @@
 """The problem that a table poses: its model foretells every number at once, and no initial state absorbs anything."""
 
 from abc import abstractmethod
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,6 +13,22 @@ class NoSimulator:
     """The part of a simulator that a search asks for, where no motion is simulated during it."""
 
     contact, body_steps = False, 0.0
+
+
+class Rows(NamedTuple):
+    """Rows of a table that are held out together: what a recording is elsewhere."""
+
+    group: str
+    rows: np.ndarray  # indices of the table
+    body: object = None
+    surroundings: object = None
+
+    @property
+    def name(self):
+        return self.group
+
+    whole = name  # no recording is cut into segments here
+    session = ""
 
 
 class DirectProblem(Problem):

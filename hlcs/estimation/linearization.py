@@ -156,7 +156,12 @@ class Fit:
     @property
     def _believed(self):
         """What is believed of its numbers where they stand, in units of their spreads (p, p)."""
-        return np.diag((belief(self.estimate, free_numbers(self.model))[1] * self.spreads) ** 2)
+        return np.diag((self.belief[1] * self.spreads) ** 2)
+
+    @property
+    def belief(self):
+        """What is believed of its numbers as rows of least squares (`least_squares.belief`)."""
+        return belief(self.estimate, free_numbers(self.model))
 
     def moved_by(self, white):
         """By how much its numbers move where its predictions change by white amounts, list of (n_i,), to first order (p,)."""

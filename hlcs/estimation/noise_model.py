@@ -8,13 +8,13 @@ import numpy as np
 from hlcs.data.experiment_file import OF_RECORDINGS
 from hlcs.data.quantities import CHANNEL_UNITS, CHANNELS
 from hlcs.data.rounded_readings import reading_step
+from hlcs.data.turns import turned_since_first
 from hlcs.estimation.correlated_noise import LEAST_CERTAIN, MOST_WHITE, CorrelatedNoise, excess_deviance, fit_correlated_noise
 from hlcs.estimation.least_squares import basis, project_out
 from hlcs.estimation.noise_by_axis import ALIKE, axes_of, made_alike, of_measured, unlike
 from hlcs.estimation.outliers import NO_TAIL, Tail, isolated_outliers, scatter_of, spread_of, tail_of
 from hlcs.estimation.rounding import COARSE, FINE, before_rounding, lattice_of, noise_below_the_step, rounded, step_of
 from hlcs.estimation.whitening import kalman_filter, whitening_of
-from minibullet import rotations
 
 MOST_SEGMENTS = 48  # of a flexible curve: some 900 degrees of freedom know rho to 0.03; of a body at rest: 7,000 know it to 0.01
 NO_STEPS = np.zeros((3, 2))
@@ -24,6 +24,7 @@ ELSEWHERE = 4.0  # standard deviations of where a body rests at which it is not 
 KINK = 6.0  # usual deviations of a second difference beyond which a height is thrown back there, and no smooth curve goes on
 LEAST_OF_A_PART = 9  # samples of a piece of a series: a curve of degree 5 leaves three of them to judge by
 BEYOND_CHANCE = 10.8  # chi-square of one number that chance exceeds once in a thousand
+SURE = 4.0  # standard deviations of a reading that noise does not exceed
 LEAST_OF_A_TAIL = 200  # whitened samples that tell how many outliers stayed: of one in a hundred they hold two
 
 
@@ -60,6 +61,10 @@ class Noise:
     def towards(self, direction):
         """One sigma of a reading of a position along a direction, a unit vector (3,) [m]; None = unknown."""
         return self.position if self.by_axis is None else float(np.linalg.norm(self.by_axis * direction))
+
+    def reaches(self, direction):
+        """How far along a direction (3,) noise may lead a reading of a position astray [m]; 0 where it is unknown."""
+        return SURE * (self.towards(direction) or 0.0)
 
     @property
     def orientation(self):
@@ -220,11 +225,8 @@ def _values(trial, what):
         there = np.flatnonzero(np.isfinite(trial.orientation[:, 0]))
         if len(there) == 0:
             return []
-        steps = rotations.logarithm(
-            rotations.product(trial.orientation[there[1:]], rotations.conjugate(trial.orientation[there[:-1]]))
-        )
         table = np.full((len(trial.times), 3), np.nan)
-        table[there] = np.cumsum(np.vstack([np.zeros(3), steps]), axis=0)
+        table[there] = turned_since_first(trial.orientation[there])
     seen = [np.isfinite(column) for column in table.T]
     return [(trial.times[good], table[good, axis]) for axis, good in enumerate(seen) if good.sum() >= LEAST_OF_A_PART]
 

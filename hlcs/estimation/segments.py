@@ -25,6 +25,8 @@ SHORT = 6  # the same of one that no initial state follows beside the best model
 FEW = 0.2  # part of the segments that may be such: where more are, the model lacks a law
 LOST = 2.0  # chi2 per degree of freedom of a segment that is halved again: noise of 72 readings leaves it once in a million
 SPLITS = 4  # times that a segment may be: a sixteenth of one is shorter than SHORTEST
+LAST = 9  # samples at the end that tell where a body rests
+ASTIR = 6.0  # standard deviations off that place at which it still moves
 REST = 1.0  # of a body that has come to rest this much is kept [s]
 
 
@@ -186,7 +188,7 @@ def _seated(trial, noise):
     """Does a segment start flat on its floor? A body on an edge or a corner tips: its initial state is free."""
     return (
         noise.orientation is not None
-        and (trial.seen_from_above or gaps(trial)[: SHORTEST // 2].max() < 4 * (noise.towards(trial.surroundings.normal) or 0.0))
+        and (trial.seen_from_above or gaps(trial)[: SHORTEST // 2].max() < noise.reaches(trial.surroundings.normal))
         and lies_on_a_face(trial.body, trial.surroundings.floor_normal, trial.orientation, noise.orientation)
     )
 
@@ -231,11 +233,10 @@ def without_rest(trial, noise):
     far = np.zeros(len(trial.times))
     for values, size in ((trial.position, sigma), (_turns(trial), noise.orientation)):
         if size is not None:
-            last = np.array(
-                [np.median(column[np.isfinite(column)][-9:]) if np.isfinite(column).any() else np.nan for column in values.T]
-            )
-            far = np.fmax(far, np.nanmax(np.nan_to_num(np.abs(values - last) / size), axis=1))
-    moving = np.flatnonzero(far > 6.0)
+            seen = [column[np.isfinite(column)] for column in values.T]
+            last = [np.median(column[-LAST:]) if len(column) else np.nan for column in seen]
+            far = np.maximum(far, np.nan_to_num(np.abs(values - last) / size).max(axis=1))
+    moving = np.flatnonzero(far > ASTIR)
     still = trial.times[moving[-1]] if len(moving) else trial.times[0]
     end = int(np.searchsorted(trial.times, still + REST)) + 1
     if len(trial.times) - end < SHORTEST or end < 2 * SHORTEST:

@@ -94,8 +94,7 @@ def between_impacts(problem, linear, k):
     """
     trial, recording, start = problem.trials[k], problem.recordings[k], problem.simulator.start_time[k]
     surroundings, (position, orientation, _) = trial.surroundings, linear.trajectories[k]
-    sigma = problem.noise.towards(surroundings.normal) or 0.0
-    reach = rigid_body(trial.body).shape.bounding_radius + 4 * sigma  # noise hides no contact
+    reach = rigid_body(trial.body).shape.bounding_radius + problem.noise.reaches(surroundings.normal)  # noise hides no contact
     free = np.ones(len(position), bool)
     for path in (trial.position, position):
         level = surroundings.above_floor(path)

@@ -43,7 +43,7 @@ def learn(problem, fit):
     ranked = [
         one
         for one in regression.fits(laws(*ranges), force.explained_by, TIED)
-        if force.explained_by(one.law, one.missed, one.unforetold) and _does_it_by_swinging(regression, one)
+        if force.explained_by(one.law, one.missed, one.unforetold) and _does_it_by_swinging(regression, one, ranges[1].measured)
     ]
     if not ranked:
         return None
@@ -75,7 +75,7 @@ class Force:
         return excess > SEEN * self.noise and self.excess(left) < NOISE * self.noise + CURVED * excess * (law.form == "table")
 
 
-def _does_it_by_swinging(regression, one):
+def _does_it_by_swinging(regression, one, measured):
     """Does a law that is an oscillation take away what it does by its swing? Any other law does what it does.
 
     A force that swings from the start on also carries a body away, A w t beside A cos(w t): with a high frequency that drift is a
@@ -86,16 +86,9 @@ def _does_it_by_swinging(regression, one):
     linear, _ = regression.estimate(one.law, one.searched)
     swings = linear.reshape(len(regression.flights) if one.law.own_phases else 1, -1)
     errors = _errors(regression, one.foretold)
-    measured = _measured(regression)
     seen_along = [number.name[-1] in measured for number in one.law.linear[::2]]
     swung = float(np.sum(seen_along * _sizes(swings, one.searched) ** 2)) / 2 / len(measured)  # mean square of the observations
     return swung > SWUNG * (errors["before"] ** 2 - errors["after"] ** 2)
-
-
-def _measured(regression):
-    """Axes along which positions were measured, such as "xz"."""
-    found = {int(channel) for flight in regression.flights for channel in flight.part.channel if channel < 3}
-    return "".join(AXES[channel] for channel in sorted(found))
 
 
 def _plainest(ranked):
@@ -126,7 +119,7 @@ def _learned(problem, fit, regression, ranges, best, also):
     not fitted to are foretold no better by it, or where the simulator contradicts it."""
     law = best.law
     linear, spread = regression.estimate(law, best.searched)
-    errors, axes = _errors(regression, best.foretold), _measured(regression)
+    errors, axes = _errors(regression, best.foretold), ranges[1].measured
     if not errors["after"] < errors["before"]:
         return None
     if law.own_phases:
@@ -232,7 +225,8 @@ def _ranges(problem, regression):
     values = seen(regression.bodies, regression.times) | {"distance": np.array([0.0, np.linalg.norm(box[1] - box[0])])}
     if not any((recording.channel >= 3).any() for recording in problem.recordings):
         del values["spin"]
-    measured = _measured(regression)
+    known = np.unique(np.concatenate([flight.part.channel for flight in flights]))
+    measured = "".join(AXES[channel] for channel in known if channel < 3)  # axes along which positions were, such as "xz"
     values = {name: known for name, known in values.items() if set(NEEDED.get(name, "")) <= set(measured)}
     step = max(float(np.median(np.diff(trial.times))) for trial in problem.trials)
     shortest = min(float(np.ptp(flight.times)) for flight in flights)

@@ -182,7 +182,7 @@ class Part(NamedTuple):
 
     def separation(self):
         """Lambda as a function of N."""
-        values, vectors = np.linalg.eigh(self.c) if len(self.b) else (np.zeros(0), np.zeros((0, 0)))
+        values, vectors = np.linalg.eigh(self.c)
         b2, values = (vectors.T @ self.b) ** 2, np.maximum(values, 0.0)
         return lambda n: n * self.a - n**2 * float(np.sum(b2 / (1 + n * values)))
 

@@ -8,12 +8,13 @@ import numpy as np
 from hlcs.data.experiment_file import LAYOUTS
 from hlcs.estimation.adequacy import Adequacy
 from hlcs.estimation.cross_validation import CrossValidation
+from hlcs.estimation.direct_problem import Rows
 from hlcs.kinds.layers import observations
 from hlcs.kinds.layers.candidates import library, named
 from hlcs.kinds.layers.data import read_layers
 from hlcs.kinds.layers.model import PlacementSimulator, model_of
 from hlcs.kinds.layers.notes import campaign_notes, left_out, samples, search_notes, set_notes, stated_notes
-from hlcs.kinds.layers.problem import Group, LayerProblem
+from hlcs.kinds.layers.problem import LayerProblem
 from hlcs.kinds.layers.responses import Responses
 from hlcs.kinds.protocol import Observation, Prepared, Tabulated
 from hlcs.placement import statistics
@@ -81,7 +82,7 @@ class Layers(Tabulated):
         data = observations.observed(self.sets, self.measurement.group)
         responses = Responses(self.simulator, self.model, self.sets, data, self.seeds)
         names = tuple(dict.fromkeys(map(self.measurement.group, self.sets)))
-        groups = tuple(Group(name, name, np.flatnonzero(data.group == index)) for index, name in enumerate(names))
+        groups = tuple(Rows(name, np.flatnonzero(data.group == index)) for index, name in enumerate(names))
         return LayerProblem(responses, groups, data.variance + responses.base.variance)
 
     def observe(self):

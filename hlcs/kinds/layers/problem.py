@@ -2,31 +2,16 @@
 
 from dataclasses import replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import solve_triangular
 
 from hlcs.effects.witnesses import OF_LAYERS
 from hlcs.estimation.designs import Design, Designs
-from hlcs.estimation.direct_problem import DirectProblem
+from hlcs.estimation.direct_problem import DirectProblem, Rows
 from hlcs.kinds.layers import observations
 from hlcs.kinds.layers.notes import noise_floor
 from hlcs.kinds.layers.responses import Responses
-
-
-class Group(NamedTuple):
-    """What is held out together: the sets of one campaign, or of one grid."""
-
-    name: str
-    group: str
-    rows: np.ndarray  # of the vector of all values
-    body: None = None
-
-    @property
-    def whole(self):
-        """Its name: a table has no recordings that could be cut into segments."""
-        return self.name
 
 
 class LayerProblem(DirectProblem):
@@ -36,7 +21,7 @@ class LayerProblem(DirectProblem):
     subject = "how the units lie"
 
     def __init__(self, responses: Responses, groups, variance, shared=True):
-        """groups: Group each; variance (n,) of measured and simulated values by the scatter between tests; shared: does what
+        """groups: Rows each; variance (n,) of measured and simulated values by the scatter between tests; shared: does what
         campaigns and engines change come to it?"""
         self.responses, self.data, self.trials, self.difference_steps = responses, responses.data, groups, {}
         self.rows, self.variance, self.values = np.concatenate([group.rows for group in groups]), variance, self.data.value
@@ -108,7 +93,7 @@ class LayerProblem(DirectProblem):
             bottom = f"a bottom of slope {measured_set.bottom_slope:g}" if measured_set.bottom_slope else "a flat bottom"
             text = f"place {measured_set.grid.name} on {bottom} again"
             found.append(Design(text, what))
-            groups.append(Group(measured_set.name, measured_set.name, rows))
+            groups.append(Rows(measured_set.name, rows))
             variance[rows] = (data.variance * data.tests)[rows]
             deviation, mean = np.sqrt(variance[rows]), data.value[rows]
             upper = observations.MODEL * mean * (data.layer[rows] > 1)

@@ -107,8 +107,7 @@ class Outcomes(Tabulated):
         chosen, absent = self._candidates(candidates)
         prepared = self._prepared
         for again in reversed(range(AGAIN)):
-            cross_validation = CrossValidation(prepared.problem.trials, self.file.hold_out)
-            cross_validation.few = len(self.table.values) < FEW
+            cross_validation = CrossValidation(prepared.problem.trials, self.file.hold_out, len(self.table.values) < FEW)
             odds = ODDS if cross_validation.possible else ODDS_ALONE
             search = Search(prepared.problem, chosen, prepared.base, odds, self.options.log)
             search.first += other_settings(search)

@@ -1,6 +1,6 @@
 """Outcome tables (one number per experiment): the same search on rows in place of recordings. No start absorbs anything here."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from hlcs.effects.numerics import MarginOffset
 from hlcs.effects.witnesses import Camera
 from hlcs.estimation.adequacy import fit_adequacy
 from hlcs.estimation.designs import Designs, other_bodies_tell
-from hlcs.estimation.direct_problem import DirectProblem
+from hlcs.estimation.direct_problem import DirectProblem, Rows
 from hlcs.estimation.linearization import Recording
 from hlcs.estimation.whitening import whitening_of_settings
 from hlcs.kinds.outcomes.checks import check_magnitude, check_table
@@ -72,29 +72,13 @@ SAME = 0.1  # part by which the error of a row may be another at the best model:
 BLOCKS = 6  # contiguous blocks of the main input, held out alternately, where no groups are given
 
 
-@dataclass(frozen=True)
-class RowGroup:
-    """What is held out together: rows of one group or block."""
-
-    name: str
-    group: str
-    body: object
-    surroundings: object
-    rows: np.ndarray
-
-    @property
-    def whole(self):
-        """Its name: a table has no recordings that could be cut into segments."""
-        return self.name
-
-
 class TableProblem(DirectProblem):
     """Rows of an outcome table as independent observations."""
 
     subject = "what the body does"
 
     def __init__(self, file, table, scatter, groups=None, errors=None, never=None, own=None):
-        """scatter: TableNoise; groups: RowGroups, where rows are not held out together in the usual way; errors: SettingErrors,
+        """scatter: TableNoise; groups: Rows each, where rows are not held out together in the usual way; errors: SettingErrors,
         None = none; never: rows whose outcome never comes under the model under test (n,), None = none; own: standard
         deviation of a row of each setting by itself (d,), None = that at the means that were measured."""
         self.file, self.table, self.scatter, self.values = file, table, scatter, table.values
@@ -211,7 +195,7 @@ class TableProblem(DirectProblem):
         new = dict(values=foretold, inputs=inputs, groups=names, setting=each, rows=each, notes=(), input_sd=usual)
         table = replace(self.table, **new)
         body, surroundings = self.file.body, self.file.surroundings
-        groups = tuple(RowGroup(str(name), str(name), body, surroundings, each[k : k + 1]) for k, name in enumerate(names))
+        groups = tuple(Rows(str(name), each[k : k + 1], body, surroundings) for k, name in enumerate(names))
         errors = SettingErrors(of_inputs(self.file, table, model)) if count and usual else None
         return TableProblem(self.file, table, self.scatter, groups, errors)
 
@@ -233,7 +217,7 @@ class TableProblem(DirectProblem):
 
 
 def row_groups(file, table, whole=False):
-    """Groups of rows, or contiguous blocks of the main input where the table has none: tuple of RowGroup.
+    """Groups of rows, or contiguous blocks of the main input where the table has none: tuple of Rows.
 
     whole: rows of one setting share an error, so they stay together; where groups part them, blocks are taken.
     """
@@ -249,7 +233,7 @@ def row_groups(file, table, whole=False):
         names = np.unique(groups)
     else:
         groups = table.groups
-    return tuple(RowGroup(str(name), str(name), file.body, file.surroundings, np.flatnonzero(groups == name)) for name in names)
+    return tuple(Rows(str(name), np.flatnonzero(groups == name), file.body, file.surroundings) for name in names)
 
 
 def parted(table):
@@ -363,7 +347,7 @@ def judge_table(problem, fit):
     for parts in (3, 6):
         if settings >= 2 * parts:
             partitions[f"{parts} ranges of the main input"] = (order * parts // len(order)).astype(int)
-    judged, white = fit_adequacy(problem, fit, partitions)
+    judged = fit_adequacy(problem, fit, partitions)
     raw = np.concatenate(fit.linearization.raw)
     columns = {
         "trial": np.concatenate([np.full(len(group.rows), k) for k, group in enumerate(problem.trials)]),
@@ -374,7 +358,7 @@ def judge_table(problem, fit):
         "model": np.where(problem.never[rows], np.nan, table.values[rows] - raw),
         "residual": raw,
         "sigmas": raw / problem.sigmas[rows],
-        "white": white,
+        "white": np.concatenate(fit.linearization.projected[0]),
     }
     return judged, {**{name: values[rows] for name, values in table.inputs.items()}, **columns}
 

@@ -129,8 +129,7 @@ def growing(table):
     being unknown (restricted likelihood), and what they gain over w = 0 is asked to be more than chance gives.
     """
     repeats = repeats_of(table)
-    cell = np.unique(repeats.cell, return_inverse=True)[1]
-    counts = np.bincount(cell)
+    cell, counts = repeats.cell, np.bincount(repeats.cell)
     means = np.bincount(cell, table.values) / counts
     squares, freedom = np.bincount(cell, off_means(repeats.values, cell) ** 2), counts - 1
     part = repeats.freedom / freedom.sum()  # what groups differ by was taken from the values, too

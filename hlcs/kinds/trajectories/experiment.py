@@ -96,6 +96,11 @@ class Trajectories:
         """What impacts show without the model, [Impact]."""
         return read_impacts(self.measurement, self._noise)
 
+    @cached_property
+    def _contact(self):
+        """Does anything touch?"""
+        return touches(self.measurement.trials, self._noise)
+
     @property
     def judgeable(self):
         return self._noise.known
@@ -157,15 +162,14 @@ class Trajectories:
         return [(trial.body, trial.surroundings, fastest(trial)) for trial in problem.trials]
 
     def names(self, candidates):
-        contact = touches(self.measurement.trials, self._noise)
-        return tuple(candidate.name for candidate in self._candidates(self.measurement, contact, candidates)[0])
+        return tuple(candidate.name for candidate in self._candidates(self.measurement, self._contact, candidates)[0])
 
     def _candidates(self, measurement, contact, names):
         return candidates_for(measurement, contact, names, self.options.user_effects)
 
     def search(self, candidates):
         noise, own = self._noise, self.options.user_effects
-        contact, measurement = touches(self.measurement.trials, noise), thinned(self.measurement, noise)
+        contact, measurement = self._contact, thinned(self.measurement, noise)
         read, around = self._impacts, measurement.trials[0].surroundings
         impacts = differing_from_model(read, around)
         likely = terms_shown(self._candidates(measurement, contact, candidates)[0], impacts)
@@ -225,8 +229,7 @@ class Trajectories:
     def pilot(self, effect):
         class_named(effect, self.options.user_effects)
         names = self.measurement.file.candidates
-        contact = touches(self.measurement.trials, self._noise)
-        candidates, absent = self._candidates(self.measurement, contact, None if names is None else [*names, effect])
+        candidates, absent = self._candidates(self.measurement, self._contact, None if names is None else [*names, effect])
         cross_validation = CrossValidation(self.measurement.trials, self.measurement.file.hold_out)
         bodies = Counter(trial.body for trial in self.measurement.trials)
         count = len(self.measurement.trials)

@@ -69,7 +69,7 @@ def judge(problem, fit):
     """Adequacy of a fit and its table of observations."""
     table = observations(problem, fit)
     models = np.split(table["model"], np.flatnonzero(np.diff(table["trial"])) + 1)
-    return fit_adequacy(problem, fit, partitions(table), models)[0], table
+    return fit_adequacy(problem, fit, partitions(table), models), table
 
 
 def told_of(trial):

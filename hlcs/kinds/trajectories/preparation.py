@@ -30,7 +30,6 @@ LONGEST = 1 / 15  # step of such a run [s]: in a longer one a model of some cent
 RUNS = 25  # runs that the fit of one model takes, its starts unknown: what a comparison is told to cost
 A_STEP = 1e-4  # what a step of such runs costs [s]
 ALONE_AGAIN = 3  # looks for samples that stand alone: what is set aside or taken back moves a fit, and shows or hides others
-SURE = 4.0  # standard deviations of a reading that noise does not exceed
 UNEVEN = 0.02  # part of its radius by which a body may be another than stated, and a floor uneven
 NOTHING = None, None, 0.0, (), ()  # what `fitted` gives, where nothing could be fitted
 
@@ -72,7 +71,7 @@ def touches(trials, noise):
 
 def near_floor(noise, normal, radius):
     """How far from its floor a body of this radius may be seen while it touches it [m]."""
-    return SURE * (noise.towards(normal) or 0.0) + UNEVEN * radius
+    return noise.reaches(normal) + UNEVEN * radius
 
 
 def above_floor(trial):

@@ -6,10 +6,10 @@ Far from a steady spin a small change of a model without loss says nothing of a 
 import numpy as np
 
 from hlcs.data.rigid_body import known_body, rigid_body
+from hlcs.data.turns import turned_since_first
 from hlcs.kinds.trajectories.sinking import LEAST, numbers_shown
 from hlcs.selection.thresholds import HELPS
 from hlcs.simulation.outcome_motion import law_at, load_on, state_of
-from minibullet import rotations
 from minibullet.effects import Effect
 
 RATES = np.geomspace(0.1, 100.0, 61)  # in units of one over the duration of a recording: an eighth apart
@@ -47,8 +47,7 @@ def _loss(trial, contact):
     if not known_body(trial.body) or there.sum() < LEAST or np.ptp(inertia := rigid_body(trial.body).inertia) > 1e-6 * inertia[0]:
         return None
     times, orientation = trial.times[there] - trial.times[there][0], trial.orientation[there]
-    steps = rotations.logarithm(rotations.product(orientation[1:], rotations.conjugate(orientation[:-1])))
-    turned = np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
+    turned = turned_since_first(orientation)
     if contact:
         turned = (turned @ trial.surroundings.normal)[:, None]
     rates = RATES / times[-1]

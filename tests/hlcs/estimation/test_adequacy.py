@@ -91,5 +91,5 @@ def test_what_more_steps_of_a_fit_would_explain_it_has_not_explained(generator, 
     end = problem.fit(model(2.9))
     stuck = fit_at(model(2.9), end.initial_states, problem.linearise(model(2.9), end.initial_states), converged=False)
     labels = {"blocks": blocks_in_time(np.repeat([0, 1], 100), 10)}
-    assert fit_adequacy(problem, end, labels)[0].adequate
-    assert not fit_adequacy(problem, stuck, labels)[0].adequate
+    assert fit_adequacy(problem, end, labels).adequate
+    assert not fit_adequacy(problem, stuck, labels).adequate

@@ -36,7 +36,8 @@ def a_fit(chi2, fixed=()):
     white = [np.sqrt(chi2 / 100) * (-1.0) ** np.arange(50) for _ in range(2)]
     model = SimpleNamespace(terms=(), fixed=fixed)
     projected = SimpleNamespace(projected=(white, columns))
-    return SimpleNamespace(chi2=chi2, freedom=100, linearization=projected, estimate=np.zeros(1), ends=(-1e9, 1e9), model=model)
+    numbers = dict(estimate=np.zeros(1), ends=(-1e9, 1e9), belief=(np.zeros(1), np.zeros(1)))
+    return SimpleNamespace(chi2=chi2, freedom=100, linearization=projected, model=model, **numbers)
 
 
 @pytest.mark.parametrize(
@@ -71,7 +72,6 @@ def test_a_law_of_the_file_itself_and_what_cannot_be_simulated_leave_the_verdict
 @pytest.mark.parametrize(("left", "told"), [(500.0, True), (2000.0, False), (1e4, False)])
 def test_a_law_is_told_where_it_leaves_less_than_a_tenth_of_what_known_effects_leave(left, told, monkeypatch):
     """Of 9,900 units beyond noise: 400, or 1,900, or all."""
-    monkeypatch.setattr("hlcs.estimation.cross_validation._belief", lambda fit: (np.zeros(1), np.zeros(1)))
     monkeypatch.setattr(rebounds, "_refitted", lambda *_: a_fit(left))
     monkeypatch.setattr(rebounds, "_told", lambda *_: "told")
     readings = impacts(lambda speed: 0.9 - 0.03 * speed)
