@@ -33,6 +33,7 @@ class Budget:
         if self.simulator.contact:
             self.limit = TUMBLING_LIMIT if problem.segmented else SMOOTH_LIMIT
         self.start, self.begun = self.simulator.body_steps, perf_counter()
+        self.full = False  # are as many sets fitted as a search may fit?
         self.left_out, self.stopped = 0, False  # sets of effects that wait, or waited in the end; did Ctrl-C end it
         self.numbers, self.on_fits = 0, 0  # how many numbers were fitted, counted once a fit, and what that took
 
@@ -88,9 +89,10 @@ class Budget:
         """Sentences on what was left out."""
         if self.stopped:
             return (Stopped(STOPPED),)
-        return (
-            (OutOfTime(f"left out {IN_TIME}: sets of effects that might do as well ({self.left_out})"),) if self.left_out else ()
-        )
+        if not self.left_out:
+            return ()
+        why = "since so many were fitted" if self.full else IN_TIME
+        return (OutOfTime(f"left out {why}: sets of effects that might do as well ({self.left_out})"),)
 
 
 def linearisation_cost(trials, step):
@@ -98,12 +100,12 @@ def linearisation_cost(trials, step):
     return LINEARISATION_RUNS * sum((trial.times[-1] - trial.times[0]) / step for trial in trials)
 
 
-def screening_subset(measurement, contact, limit=SEGMENTED_LIMIT):
+def screening_subset(measurement, contact, limit=SEGMENTED_LIMIT, step=None):
     """(Recordings to screen, Recordings to confirm on, sentences); recordings of every group.
 
     Without contacts, or where all recordings are cheap enough, both are all Recordings.
     """
-    trials, step = measurement.trials, measurement.file.time_step
+    trials, step = measurement.trials, step or measurement.file.time_step
     if not contact:
         return measurement, measurement, ()
     each = linearisation_cost(trials, step) / len(trials)

@@ -49,7 +49,7 @@ def grown_states(problem, model, which):
     ends before most impacts, where the way to the best state is straight; each stretch begins with what the one before found.
     """
     states = problem.initial_guess()
-    times = {k: problem.recordings[k].times for k in which}
+    times = {k: problem.recordings[k].times for k in which if len(problem.recordings[k].times)}
     for stretch in STRETCHES:
         stretches = {k: seen <= seen.min() + stretch * np.ptp(seen) for k, seen in times.items()}
         improve_for(ROUNDS, problem, model, states, stretches)

@@ -133,23 +133,21 @@ def estimate_noise(measurement):
     if static is not None:
         for what in OF_RECORDINGS:
             noise[what], tails[what] = _from_static(static, step, what, lattice, curve and curve[0])
-        source = "static recording" if any(noise.values()) else "unknown"
-        if source == "unknown":
-            notes.append(
-                f"{measurement.file.static.name}: every reading is the same: the noise lies below the last digit and "
-                "stays unknown"
-            )
+    sources = {what: "static recording" for what, known in noise.items() if known} | dict.fromkeys(stated, "stated")
     for what in OF_RECORDINGS:
         if what in stated:
-            fitted = _from_flexible_curve(trials, step, what, step_of(lattice) if what == "position" else 0.0, stated[what])
-            fitted = fitted or (None, NO_TAIL)
-            noise[what] = _with_sigma(noise.get(what) or fitted[0], stated[what])
-            tails[what] = tails.get(what) or fitted[1]
-            source = "stated" if source == "unknown" else source
-    if not any(noise.values()):
-        replicates = _from_replicates(trials, step)
-        if replicates:
-            noise["position"], source = before_rounding(replicates, step_of(lattice)), "replicates"
+            if not noise.get(what):  # else a body at rest tells how it hangs together, and its tail
+                rounding = step_of(lattice) if what == "position" else 0.0
+                noise[what], tails[what] = _from_flexible_curve(trials, step, what, rounding, stated[what]) or (None, NO_TAIL)
+            noise[what] = _with_sigma(noise[what], stated[what])
+    if not any(noise.values()) and (replicates := _from_replicates(trials, step)):
+        noise["position"], sources["position"] = before_rounding(replicates, step_of(lattice)), "replicates"
+    source = next((sources[what] for what in OF_RECORDINGS if what in sources), "unknown")
+    if static is not None and source == "unknown":
+        notes.append(
+            f"{measurement.file.static.name}: every reading is the same, or too few are given: the noise lies below the last "
+            "digit, or stays unknown"
+        )
     position, orientation = noise.get("position"), noise.get("orientation")
     if position is None or step_of(lattice) < FINE * position.sigma:
         lattice = NO_STEPS
@@ -162,14 +160,9 @@ def estimate_noise(measurement):
             f"a flexible curve through the data leaves {hint:.3g} m, the {source} noise is {found.position:.3g} m{steps}"
             ": more than a factor 1.5 apart; check it"
         )
-    if any("rx" in trial.columns for trial in trials) and orientation is None and position is not None:
-        notes.append(
-            "noise of the orientation unknown: orientations are not judged; state noise.orientation or record a body at rest"
-        )
-    if any(trial.accelerations for trial in trials) and found.acceleration is None and found.known:
-        notes.append(
-            "noise of the acceleration unknown: accelerations are not judged; state noise.acceleration or record a body at rest"
-        )
+    for what, unit, seen in zip(OF_RECORDINGS, CHANNEL_UNITS, (slice(0, 3), slice(3, 6), slice(6, 9)), strict=True):
+        if found.known and found.of_unit(unit) is None and any(trial.measured[:, seen].any() for trial in trials):
+            notes.append(f"noise of the {what} unknown: {what}s are not judged; state noise.{what} or record a body at rest")
     return replace(found, notes=tuple(notes))
 
 
@@ -306,7 +299,7 @@ def _smooth_segments(trials, what, rounding, sigma=None, length=24, degree=5):
                 for part in np.array_split(piece, max(len(piece) // length, 1)):
                     if len(part) >= LEAST_OF_A_PART:
                         segments.append((times[part], values[part], columns))
-    if not segments:
+    if all(np.ptp(values) == 0 for _, values, _ in segments):  # somebody set all of them: they tell nothing
         return [], 0.0
     left = np.array([np.std(project_out(basis(columns(times)), values)) for times, values, _ in segments])
     seen = left > 0.1 * (sigma or np.median(left))  # a coordinate that somebody set to zero tells nothing

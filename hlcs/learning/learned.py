@@ -125,7 +125,8 @@ def _force(law, numbers, direction, measured):
         return f"A force {'along' if positive else 'against'} spin x velocity"
     parts = [float(direction[AXES.index(axis)]) for axis in axes]
     if len(parts) == 1:
-        return f"A force along {'-' if (parts[0] > 0) != positive else ''}{axes[0]}"
+        forwards = parts[0] > 0 if law.way == "axes" else (parts[0] > 0) == positive  # strengths of axes have their signs there
+        return f"A force along {'' if forwards else '-'}{axes[0]}"
     return f"A force along ({', '.join(f'{part + 0.0:.2f}' for part in parts)}){of_axes}"
 
 

@@ -139,6 +139,8 @@ def _explained(sets, name, same, holding, evidence, left):
     if evidence is None:
         if lacks_drag(entry, search.fits[best].model.kinds):
             return Reason.NO_DRAG()
+        if not entry.through_drag and name not in search.models[frozenset()].entries:
+            return Reason.NOT_TRIED(why="nothing can be simulated with it beside the model as it is")
         short = _short_beside(search, best, name)  # of what acts through a drag that was found
         return Reason.NOT_SEEN(at=at, why=short) if short else Reason.INVISIBLE()
     better = [other for other in sorted(best) if entry.alike and search.candidates[other].alike == entry.alike]

@@ -153,7 +153,7 @@ class Search:
             known = limit, explained, self.costs_of_parts(best)
             promising = [each for each in self.open_proposals() if self.promising(each, *known)]
             promising.sort(key=lambda each: (self.hoped(each, *known), sorted(each.effects)))
-            self.budget.left_out = len(promising)
+            self.budget.left_out, self.budget.full = len(promising), refits >= REFITS
             contact = self.problem.simulator.contact
             if not promising or pause(best, self.hoped(promising[0], *known) if contact else promising[0].cost):
                 break

@@ -6,6 +6,7 @@ from throws import G, csv, drag_per_metre, flight, write_drops, write_throws
 from tosses import write_tosses
 
 import hlcs
+from hlcs.data.notes import Stopped
 from hlcs.selection.search import Search
 from minibullet.errors import InputError
 
@@ -181,3 +182,12 @@ def test_friction_that_differs_from_the_file_s_is_found_in_tosses(tmp_path):
     found = hlcs.diagnose(path, candidates=["friction", "restitution", "linear_drag", "adhesion", "tilted_gravity"])
     assert found.effects == ("friction",)
     assert found.parameters["friction"]["coefficient"]["value"] == pytest.approx(0.2, abs=0.02)
+
+
+def test_ctrl_c_while_the_data_are_looked_at_anew_leaves_what_was_found(tmp_path, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("hlcs.kinds.trajectories.experiment.beside", interrupted)
+    found = hlcs.diagnose(write_windy_throws(tmp_path), candidates=["quadratic_drag", "uniform_flow"])
+    assert Stopped.among(found.notes) and found.effects

@@ -125,11 +125,10 @@ def read_layer_sets(path):
         layers[layer] = row, values
     _refuse_gaps(path, placed)
     sets = [_layer_set(path, *place, layers) for place, layers in placed.items()]
-    names = [measured_set.name for measured_set in sets]
-    return tuple(
-        replace(measured_set, name=f"{name}, {measured_set.campaign}" if names.count(name) > 1 else name)
-        for name, measured_set in zip(names, sets, strict=True)
-    )
+    for told in ("{0.campaign}", "{0.grid.spacing_x:g} x {0.grid.spacing_y:g} Dn"):  # what tells sets apart, as far as needed
+        names = [each.name for each in sets]
+        sets = [replace(each, name=f"{each.name}, {told.format(each)}") if names.count(each.name) > 1 else each for each in sets]
+    return tuple(sets)
 
 
 def _refuse_gaps(path, placed):

@@ -181,11 +181,12 @@ class Layers(Tabulated):
         residual = problem.coloured(fit.linearization.white)
         columns = [problem.coloured(problem.split(column)) for column in np.concatenate(fit.linearization.parameter_columns).T]
         columns = np.array(columns).reshape(-1, len(residual)).T
-        statistic, p, threshold = observations.adequacy(data, problem.responses.base, residual, columns, problem.doubt(fit.model))
+        of_model = problem.responses.base, residual, columns, problem.doubt(fit.model)
+        statistic, p, threshold, draws = observations.adequacy(data, *of_model)
         error = np.sqrt(data.variance + problem.responses.base.variance + (observations.CAMPAIGN * data.mean) ** 2)
         compared = [statistics.welch(*pair) for pair in samples(problem, fit.model)]
         count, reduced = int(layers.sum()), fit.reduced
-        return Adequacy(statistic <= threshold, statistic, p, threshold, "chi2", reduced, reduced), {
+        return Adequacy(statistic <= threshold, statistic, p, threshold, "chi2", reduced, reduced, draws), {
             "trial": data.set[layers],
             "channel": np.zeros(count, dtype=int),
             "layer": data.layer[layers],

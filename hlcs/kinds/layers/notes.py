@@ -68,10 +68,9 @@ def campaign_notes(sets):
     """First layers of several sets, which measure the same thing: a unit on a bottom."""
     notes = []
     if len(sets) > 1:
-        first = [(measured_set.sample.mean[0], measured_set.name) for measured_set in sets]
-        (low, low_name), (high, high_name) = min(first), max(first)
-        extremes = [measured_set.sample for measured_set in sets if measured_set.name in (low_name, high_name)]
-        error = np.hypot(*(sample.mean[0] * sample.cv[0] / np.sqrt(sample.tests[0]) for sample in extremes))
+        ends = [pick(sets, key=lambda each: (each.sample.mean[0], each.name)) for pick in (min, max)]
+        (low, low_name), (high, high_name) = ((each.sample.mean[0], each.name) for each in ends)
+        error = np.hypot(*(each.sample.mean[0] * each.sample.cv[0] / np.sqrt(each.sample.tests[0]) for each in ends))
         sigmas = f", {(high - low) / error:.1f} sigma" if error > 0 else ""
         notes.append(
             f"first layers, which measure one thing (a unit on the bottom): {high:.3f} ({high_name}) against {low:.3f} "

@@ -154,9 +154,9 @@ def covariance(data, variance, doubt):
 
 
 def adequacy(data, model, residual, columns, unsure, draws=4000):
-    """(chi2, p, its 99 % quantile) of residuals (n,) by parametric bootstrap: draws of tests that agree, each judged by its own
-    scatter. With five tests the chi-squared law is far too sure. columns: derivatives (n, p) of fitted numbers, projected out;
-    unsure: the `doubt` (n,) of the model.
+    """(chi2, p, its 99 % quantile, number of draws) of residuals (n,) by parametric bootstrap: draws of tests that agree, each
+    judged by its own scatter. With five tests the chi-squared law is far too sure. columns: derivatives (n, p) of fitted
+    numbers, projected out; unsure: the `doubt` (n,) of the model.
     """
     generator, size = np.random.default_rng(0), len(data.value)
     draws = min(draws, max(200, int(4e7 / size**2)))  # the matrices of all draws are held at once
@@ -169,7 +169,7 @@ def adequacy(data, model, residual, columns, unsure, draws=4000):
     variance = np.where(data.layer == 0, total, drawn[0] + drawn[1])
     matrices = covariance(data, np.zeros(size), unsure) + variance[:, :, None] * np.eye(size)
     observed, scores = _chi2(covariance(data, total, unsure)[None], residual[None], columns)[0], _chi2(matrices, noise, columns)
-    return float(observed), *against(scores, observed)
+    return float(observed), *against(scores, observed), draws
 
 
 def _chi2(matrices, residuals, columns):

@@ -102,12 +102,11 @@ def _check_rows(table):
             f"{OUTCOMES[table.outcome]}: nothing comes of nothing; give what was set in each row"
         )
     if OUTCOMES[table.outcome] == "s" and ways and (none := np.flatnonzero((table.values == 0) & (ways[0] > 0))).size:
-        what = "leave out the rows that were not timed"
+        row, what = none[np.argmin(table.rows[none])], "leave out the rows that were not timed"
         if table.outcome == "bounce_time_s":
             what = "times count from the release: where they count from the first impact, add the time of the fall to each"
         raise InputError(
-            f"{table.file}, row {np.min(table.rows[none])}, column {table.outcome}: 0 s over a way of {ways[0][none[0]]:g} m; "
-            f"{what}"
+            f"{table.file}, row {table.rows[row]}, column {table.outcome}: 0 s over a way of {ways[0][row]:g} m; {what}"
         )
     bounce, low = table.inputs.get("bounce", np.ones(1)), table.inputs.get("mark_1_m", np.zeros(len(table.values)))
     if (broken := np.flatnonzero(bounce != np.round(bounce))).size:

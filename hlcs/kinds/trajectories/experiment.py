@@ -178,7 +178,7 @@ class Trajectories:
         if few is not many and prepared.problem.segmented:
             few, many, notes = only(few, measurement)
         elif few is not many:  # cheaper than feared
-            few, many, notes = screening_subset(measurement, contact, SMOOTH_LIMIT)
+            few, many, notes = screening_subset(measurement, contact, SMOOTH_LIMIT, prepared.problem.simulator.time_step)
             prepared = prepare(few, own, noise, likely)
         contact = prepared.problem.simulator.contact  # of these few
         chosen, absent = self._candidates(few, contact, candidates)
@@ -209,9 +209,9 @@ class Trajectories:
                 if search.budget.stopped or few_fits and not affordable(search):
                     break
                 looked.append(best)
-                if other := beside(prepared, search.fits[best]):
-                    prepared = other
-                    search = renewed(search, partial(begun, base=prepared.base, budget=search.budget))
+                prepared, search = self._beside(prepared, search, best, begun)
+                if search.budget.stopped:
+                    break
             return select(self, prepared, search, cross_validation, absent, *on_all)
 
         first = searched(prepared, chosen, absent)
@@ -225,6 +225,22 @@ class Trajectories:
         others = tuple(on_fewer(each, len(few.trials)) for each in first.candidates if each.effect not in names)
         left_out = (note for note in OutOfTime.among(first.notes) if note not in confirmed.notes)
         return replace(confirmed, candidates=confirmed.candidates + others, notes=(*notes, *confirmed.notes, *left_out))
+
+    def _beside(self, prepared, search, best, begun):
+        """(Prepared, Search) that go on beside a fit (`preparation.beside`): the same where it shows nothing new of the data, and
+        where Ctrl-C comes, since what is fitted so far is of the data as they were."""
+        problem = prepared.problem
+        known = problem.dropped, problem.step_change, problem.simulator.time_step
+        try:
+            if other := beside(prepared, search.fits[best]):
+                after = renewed(search, partial(begun, base=other.base, budget=search.budget))
+                after.expand()
+                return other, after
+        except KeyboardInterrupt:
+            problem.leave_out(known[0])
+            problem.step_change, problem.simulator.time_step = known[1:]
+            search.budget.stop(self.options.log)
+        return prepared, search
 
     def pilot(self, effect):
         class_named(effect, self.options.user_effects)

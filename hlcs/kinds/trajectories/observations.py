@@ -68,7 +68,7 @@ def partitions(table):
 def judge(problem, fit):
     """Adequacy of a fit and its table of observations."""
     table = observations(problem, fit)
-    models = np.split(table["model"], np.flatnonzero(np.diff(table["trial"])) + 1)
+    models = np.split(table["model"], np.cumsum([len(recording.channel) for recording in problem.recordings])[:-1])
     return fit_adequacy(problem, fit, partitions(table), models), table
 
 

@@ -258,7 +258,7 @@ def beside(prepared, better):
     try:
         refine(problem, better)
     except InputError:
-        problem.step_change = before  # what a shorter step cannot simulate loses no finished fit
+        problem.step_change, problem.simulator.time_step = before, step  # what shorter ones cannot simulate loses no fit
     if same and problem.step_change is known and problem.simulator.time_step == step:
         return None
     base = problem.fit(prepared.base.model, prepared.base.initial_states)

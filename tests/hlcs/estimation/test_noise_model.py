@@ -6,7 +6,11 @@ from experiments import TOML, measured
 from throws import correlated, flight
 from throws import csv as recording
 
+import hlcs
+from hlcs.data.recordings import read_recordings
 from hlcs.estimation.noise_model import estimate_noise, resting_from
+
+BALL = {"shape": "sphere", "radius": 0.03, "mass": 0.05}
 
 
 def test_a_coordinate_set_to_zero_tells_nothing_of_the_noise(tmp_path):
@@ -114,3 +118,60 @@ def test_curves_doubt_a_noise_only_by_more_than_chance(tmp_path, rho):
 def test_curves_doubt_a_noise_that_is_stated_too_small_or_too_large(tmp_path, stated):
     """2.5 times too little or too much of 1 mm: ten standard errors of some 200 degrees of freedom."""
     assert all(doubted(tmp_path, seed, 0.0, stated) for seed in range(3))
+
+
+def turning(rate=3.0, count=60):
+    """Columns of an orientation that turns about z at a rate [rad/s], 60 samples a second."""
+    times = np.arange(count) / 60
+    half, none = rate * times / 2, 0.0 * times
+    return {"t_s": times, "qw": np.cos(half), "qx": none, "qy": none, "qz": np.sin(half)}
+
+
+def noise_of(frames, **stated):
+    experiment = hlcs.Experiment.from_frames(frames, body=BALL, measurement={"planar": True}, **stated)
+    return estimate_noise(read_recordings(experiment.file))
+
+
+def test_positions_whose_noise_nobody_knows_are_not_judged_and_that_is_told(generator):
+    """A body that speeds up by 1 m/s2, which no law of the model does, beside a spin that fits."""
+    spin = turning()
+    frames = [
+        spin | {"x_m": 0.3 * spin["t_s"] + 0.5 * spin["t_s"] ** 2 + 0.002 * generator.standard_normal(60)} for _ in range(2)
+    ]
+    noise = noise_of(frames, noise={"orientation": 0.006})
+    assert any(note.startswith("noise of the position unknown: positions are not judged") for note in noise.notes)
+
+
+def test_coordinates_that_never_change_tell_no_noise(generator):
+    """A disc that spins on the spot: all that a curve leaves of them is zero, and no number comes of that."""
+    spin = turning()
+    noise = noise_of(
+        [spin | {"x_m": 0 * spin["t_s"], "y_m": 0 * spin["t_s"]}] * 2, noise={"orientation": 0.006, "position": 0.001}
+    )
+    assert not any("nan" in note for note in noise.notes)
+
+
+def moved(generator, sigma, count=120):
+    times = np.arange(count) / 60
+    return {"t_s": times} | {name: 0.3 * times + sigma * generator.standard_normal(count) for name in ("x_m", "y_m")}
+
+
+def test_a_noise_that_is_stated_is_told_as_stated_beside_a_body_at_rest(generator):
+    rest = moved(generator, 0.0005)
+    rest |= {name: values - 0.3 * rest["t_s"] for name, values in rest.items() if name != "t_s"}
+    noise = noise_of([moved(generator, 0.002) for _ in range(3)], static=rest, noise={"position": 0.005})
+    assert noise.source == "stated" and any("the stated noise is 0.005 m" in note for note in noise.notes)
+
+
+def test_a_body_at_rest_that_shows_one_reading_takes_away_no_tail_of_outliers(generator):
+    def strays(values):
+        there = generator.random(len(values)) < 0.03
+        return values + there * 0.007 * generator.standard_normal(len(values))
+
+    frames = [
+        {name: values if name == "t_s" else strays(values) for name, values in moved(generator, 0.002, 600).items()}
+        for _ in range(3)
+    ]
+    still = {"t_s": np.arange(60) / 60, "x_m": np.full(60, 0.25), "y_m": np.full(60, 0.1)}
+    alone, beside = (noise_of(frames, static=static, noise={"position": 0.002}) for static in (None, still))
+    assert alone.tail.share > 0 and beside.tail.share == alone.tail.share and np.array_equal(beside.tail.sizes, alone.tail.sizes)

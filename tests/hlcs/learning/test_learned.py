@@ -71,3 +71,11 @@ def test_of_a_direction_and_a_place_only_what_was_measured_is_told():
     assert sentence(law("distance", "power", "point"), pull, None, (), "xz").startswith(
         "A pull towards (2.00, 2.00) m in x and z"
     )
+
+
+def test_a_force_along_one_axis_is_told_with_its_sign():
+    ranges = Ranges(np.array([[0.0] * 3, [1.0] * 3]), 1.0, 1.5, 12.0, "z")
+    for strength, along in ((2.0, "along z"), (-2.0, "along -z")):
+        found = one_law("height", "power", "axes", np.linspace(0.5, 3.0, 20), ranges, "z").at([strength], [1.0])
+        numbers = {each.name: number(each.value, unit=each.unit) for each in found.fitted}
+        assert sentence(found, numbers, found.direction, (), "z").startswith(f"A force {along} ")

@@ -18,6 +18,7 @@ from hlcs.selection.sets import FittedSets
 from hlcs.selection.verdict import starts_share
 from hlcs.selection.verdict import told as as_told
 from hlcs.simulation.model import Model, Term
+from minibullet.errors import InputError
 
 
 def told(found, absent=()):
@@ -145,3 +146,26 @@ def test_a_number_is_beyond_what_is_plausible_only_where_all_of_its_interval_is(
     law = LAWS["linear_drag"]
     free = replace(law.free[0], low=-0.05, high=0.05)
     assert ("beyond" in as_told({"value": -0.075, "low": low, "high": high, "unit": "1/s"}, free, law)) == beyond
+
+
+def test_what_cannot_be_simulated_is_not_told_to_be_hidden_by_others(generator):
+    class Unbuilt(Bend):
+        def residuals(self, model, states):
+            if "spin_decay" in {term.name for term in model.terms}:
+                raise InputError("cannot be built")
+            return super().residuals(model, states)
+
+    times = [np.linspace(0.0, 2.0, 25) for _ in range(4)]
+    data = Unbuilt(times, [3 * t + 0.05 * generator.standard_normal(25) for t in times], 0.05, ["a", "b", "a", "b"])
+    found = FittedSets(Search(data, LAWS.values(), data.fit(Model())).run(), CrossValidation(data.trials, "group"))
+    (lost,) = [each for each in told(found) if each.effect == "spin_decay"]
+    assert lost.reason is Reason.NOT_TRIED and "nothing can be simulated with it" in lost.why
+
+
+def test_a_search_that_ends_by_its_number_of_fits_does_not_speak_of_time(generator, monkeypatch):
+    monkeypatch.setattr("hlcs.selection.search.REFITS", 0)
+    times = [np.linspace(0.0, 2.0, 25) for _ in range(4)]
+    data = Bend(times, [3 * t + 0.05 * generator.standard_normal(25) for t in times], 0.05, ["a", "b", "a", "b"])
+    data.bend = 0.3
+    (note,) = Search(data, LAWS.values(), data.fit(Model())).run().budget.notes()
+    assert "since so many were fitted" in note and "time" not in note

@@ -6,6 +6,7 @@ from layer_tables import HEADER, PAPER, experiment, measured
 
 import hlcs
 from hlcs.kinds.layers.data import read_layer_sets, read_layers
+from hlcs.kinds.layers.notes import campaign_notes
 from hlcs.placement.printed_tables import laboratory
 
 
@@ -57,3 +58,18 @@ def test_quick_settings_scale_with_the_unit(tmp_path):
     assert large.time_step == pytest.approx(1 / 120) and small.time_step == pytest.approx(np.sqrt(0.038) / 120)
     stated = read_layers(experiment(tmp_path, [measured("TPG", 1, "a")], "nominal_diameter = 0.038\ntime_step = 0.001")).test
     assert stated.time_step == 0.001 and stated.settle_time == small.settle_time
+
+
+def test_sets_of_one_name_are_told_apart_by_what_differs(tmp_path):
+    """By their campaigns, or by their spacings; of their first layers the thinnest is compared with the thickest."""
+    rows = [
+        (spacing, layer, first - 0.1 * (layer - 1))
+        for spacing, first in ((1.2, 1.0), (1.3, 0.95), (1.4, 0.9))
+        for layer in (1, 2)
+    ]
+    lines = [f"mine,{spacing},1.3,0,{layer},{mean:.3f},0.02,5,lab" for spacing, layer, mean in rows]
+    (tmp_path / "layers.csv").write_text("\n".join([HEADER, *lines]) + "\n")
+    sets = read_layer_sets(tmp_path / "layers.csv")
+    assert [one.name.split(", ")[-1] for one in sets] == ["1.2 x 1.3 Dn", "1.3 x 1.3 Dn", "1.4 x 1.3 Dn"]
+    (note,) = [note for note in campaign_notes(sets) if note.startswith("first layers")]
+    assert "1.000 (mine" in note and "against 0.900 (mine" in note and "8.3 sigma" in note  # 0.1 / hypot(0.02, 0.018) * sqrt(5)

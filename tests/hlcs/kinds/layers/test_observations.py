@@ -77,7 +77,8 @@ def test_a_model_that_agrees_is_adequate_and_one_far_away_is_not(generator):
         simulated = observations.simulated(DATA, runs_of(generator, shift=shift))
         residual, none = DATA.value - simulated.value, np.zeros((len(DATA.value), 0))
         judged = DATA, simulated, residual
-        chi2, p, threshold = observations.adequacy(*judged, none, observations.doubt(DATA), draws=300)
+        chi2, p, threshold, draws = observations.adequacy(*judged, none, observations.doubt(DATA), draws=300)
+        assert draws == 300
         assert (p > 0.02) is adequate and (chi2 < threshold) is adequate
         # a number that moves everything as the misfit goes explains it
         alike = observations.adequacy(*judged, residual[:, None], observations.doubt(DATA), draws=300)

@@ -101,6 +101,8 @@ def test_a_column_that_the_outcome_does_not_depend_on_is_refused(tmp_path, colum
 def test_no_way_takes_no_time(tmp_path):
     with pytest.raises(InputError, match="t.csv, row 3, column fall_time_s: 0 s over a way of 1 m; leave out"):
         prepare_table(*table(tmp_path, {"height_m": [0.5, 1.0, 1.0], "fall_time_s": [0.319, 0.0, 0.452]}))
+    with pytest.raises(InputError, match="t.csv, row 2, column fall_time_s: 0 s over a way of 5 m"):
+        prepare_table(*table(tmp_path, {"height_m": [5.0, 1.0, 2.0, 3.0], "fall_time_s": [0.0, 0.0, 0.64, 0.78]}))
 
 
 def test_a_noise_above_every_outcome_is_told(tmp_path):

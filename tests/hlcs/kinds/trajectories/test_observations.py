@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from experiments import TOML, experiment, measured
 
+import hlcs
 from hlcs.kinds.trajectories.observations import judge, observations, partitions, where_it_fails
 from hlcs.kinds.trajectories.preparation import prepare
 
@@ -42,3 +43,15 @@ def test_where_it_fails_names_the_worst_sample(prepared):
         0.01 * worst["sigma"]
     )
     assert observations(ready.problem, ready.base)["trial"].tolist() == table["trial"].tolist()
+
+
+def test_a_recording_whose_readings_are_not_judged_leaves_those_of_others_in_their_places(generator):
+    """The first has orientations alone, of unknown noise; heights of the others are rounded, so what the model expects counts."""
+    half = 1.5 * TIMES
+    turned = {"t_s": TIMES, "qw": np.cos(half), "qx": 0 * half, "qy": 0 * half, "qz": np.sin(half)}
+    fallen = [{"t_s": TIMES, "z_m": np.round(2 - 4.905 * TIMES**2 + 0.003 * generator.standard_normal(40), 2)} for _ in range(2)]
+    ball = {"shape": "sphere", "radius": 0.03, "mass": 0.05}
+    seen = hlcs.Experiment.from_frames(
+        [turned, *fallen], body=ball, surroundings={"fluid_density": 0.0}, noise={"position": 0.003}
+    )
+    assert hlcs.compare(seen).adequate
