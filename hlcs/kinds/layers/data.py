@@ -124,10 +124,12 @@ def read_layer_sets(path):
             )
         layers[layer] = row, values
     _refuse_gaps(path, placed)
-    sets = [_layer_set(path, *place, layers) for place, layers in placed.items()]
-    for told in ("{0.campaign}", "{0.grid.spacing_x:g} x {0.grid.spacing_y:g} Dn"):  # what tells sets apart, as far as needed
-        names = [each.name for each in sets]
-        sets = [replace(each, name=f"{each.name}, {told.format(each)}") if names.count(each.name) > 1 else each for each in sets]
+    spacings = {}  # name of a grid -> those that it stands for
+    for name, *spacing, _, _ in placed:
+        spacings.setdefault(name, set()).add(tuple(spacing))
+    sets = [_layer_set(path, *place, layers, len(spacings[place[0]]) > 1) for place, layers in placed.items()]
+    names = [each.name for each in sets]
+    sets = [replace(each, name=f"{each.name}, {each.campaign}") if names.count(each.name) > 1 else each for each in sets]
     return tuple(sets)
 
 
@@ -149,8 +151,8 @@ def _refuse_gaps(path, placed):
         raise InputError(f"{told}: row {row} has it with {', '.join(unlike)}; layers of one set have one of each, in all rows")
 
 
-def _layer_set(path, name, spacing_x, spacing_y, bottom_slope, campaign, layers):
-    """The LayerSet of its rows; layers: as in `read_layer_sets`."""
+def _layer_set(path, name, spacing_x, spacing_y, bottom_slope, campaign, layers, several):
+    """The LayerSet of its rows; layers: as in `read_layer_sets`; several: do grids of other spacings have the name as well?"""
     first_row, _ = next(iter(layers.values()))
     ordered = [values for _, (_, values) in sorted(layers.items())]
     sample = Sample(*(np.array([values[column] for values in ordered], dtype=float) for column in ("mean", "cv", "tests")))
@@ -160,6 +162,8 @@ def _layer_set(path, name, spacing_x, spacing_y, bottom_slope, campaign, layers)
         grid = known if as_known else Grid(name, spacing_x, spacing_y, triangular)
     except InputError as problem:
         raise InputError(f"{path}, row {first_row}: {problem}") from None
+    if several:
+        grid = replace(grid, name=f"{grid.name} {spacing_x:g} x {spacing_y:g} Dn")
     bottom = f"{100 * bottom_slope:g} % slope" if bottom_slope else "flat"
     return LayerSet(grid, bottom_slope, campaign, sample, f"{grid.name} {bottom}")
 

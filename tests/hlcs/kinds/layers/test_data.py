@@ -70,6 +70,6 @@ def test_sets_of_one_name_are_told_apart_by_what_differs(tmp_path):
     lines = [f"mine,{spacing},1.3,0,{layer},{mean:.3f},0.02,5,lab" for spacing, layer, mean in rows]
     (tmp_path / "layers.csv").write_text("\n".join([HEADER, *lines]) + "\n")
     sets = read_layer_sets(tmp_path / "layers.csv")
-    assert [one.name.split(", ")[-1] for one in sets] == ["1.2 x 1.3 Dn", "1.3 x 1.3 Dn", "1.4 x 1.3 Dn"]
+    assert [one.name for one in sets] == [f"mine {spacing} x 1.3 Dn flat" for spacing in (1.2, 1.3, 1.4)]
     (note,) = [note for note in campaign_notes(sets) if note.startswith("first layers")]
-    assert "1.000 (mine" in note and "against 0.900 (mine" in note and "8.3 sigma" in note  # 0.1 / hypot(0.02, 0.018) * sqrt(5)
+    assert "1.000 (mine 1.2" in note and "against 0.900 (mine 1.4" in note and "8.3 sigma" in note  # 0.1 / hypot(0.02, 0.018) * sqrt(5)
