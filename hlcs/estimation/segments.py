@@ -188,7 +188,7 @@ def _seated(trial, noise):
     """Does a segment start flat on its floor? A body on an edge or a corner tips: its initial state is free."""
     return (
         noise.orientation is not None
-        and (trial.seen_from_above or gaps(trial)[: SHORTEST // 2].max() < noise.reaches(trial.surroundings.normal))
+        and (trial.seen_from_above or np.fmax.reduce(gaps(trial)[: SHORTEST // 2]) < noise.reaches(trial.surroundings.normal))
         and lies_on_a_face(trial.body, trial.surroundings.floor_normal, trial.orientation, noise.orientation)
     )
 

@@ -60,10 +60,10 @@ class Force:
         residual = np.concatenate([flight.residual for flight in flights])
         self.rows = rows_with_force(flights)
         self.noise = np.sqrt(2 * self.rows.sum())  # standard deviation of chi2
-        self.seen = self.excess(residual) > SEEN * self.noise
         strength = np.concatenate([flight.strength for flight in flights])
         moments = sum(3 * len(flight.times) for flight in flights)
         self.size = float(np.sqrt(max(self.excess(residual / strength, 1 / strength**2), 0.0) / moments))  # RMS [m/s2]
+        self.seen = self.size > 0 and self.excess(residual) > SEEN * self.noise
 
     def excess(self, residual, noise=1.0):
         """Sum of squares of these rows beyond that of noise, of its variance (rows,)."""

@@ -61,7 +61,7 @@ def test_quick_settings_scale_with_the_unit(tmp_path):
 
 
 def test_sets_of_one_name_are_told_apart_by_what_differs(tmp_path):
-    """By their campaigns, or by their spacings; of their first layers the thinnest is compared with the thickest."""
+    """By their spacings; of their first layers the thinnest is compared with the thickest: 0.1 sqrt(5) / hypot(0.02, 0.018)."""
     rows = [
         (spacing, layer, first - 0.1 * (layer - 1))
         for spacing, first in ((1.2, 1.0), (1.3, 0.95), (1.4, 0.9))
@@ -72,4 +72,6 @@ def test_sets_of_one_name_are_told_apart_by_what_differs(tmp_path):
     sets = read_layer_sets(tmp_path / "layers.csv")
     assert [one.name for one in sets] == [f"mine {spacing} x 1.3 Dn flat" for spacing in (1.2, 1.3, 1.4)]
     (note,) = [note for note in campaign_notes(sets) if note.startswith("first layers")]
-    assert "1.000 (mine 1.2" in note and "against 0.900 (mine 1.4" in note and "8.3 sigma" in note  # 0.1 / hypot(0.02, 0.018) * sqrt(5)
+    assert (
+        "1.000 (mine 1.2" in note and "against 0.900 (mine 1.4" in note and "8.3 sigma" in note
+    )  # 0.1 / hypot(0.02, 0.018) * sqrt(5)
