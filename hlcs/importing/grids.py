@@ -12,7 +12,7 @@ import numpy as np
 
 from hlcs.files.csv_files import MOST_BYTES, MOST_ROWS, cells_of, decimal, is_comment
 from hlcs.importing.found import Assumption
-from minibullet.errors import InputError, shown
+from minibullet.errors import InputError, how_many, shown
 from minibullet.files.reading import no_workbook, read_bytes
 
 SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas"}  # the first of these that stands in a file separates its columns
@@ -51,6 +51,7 @@ class Grid:
     cells: tuple[list[str], ...]
     comma: str  # where a decimal is written with a comma, in words; "" where none is
     assumptions: tuple[Assumption, ...]
+    blanks: bool = False  # do blanks separate its columns, so that a lost cell shows nowhere?
 
     def place(self, row, column=""):
         """ "file, row n, column c", to begin a complaint with; row: index into `cells`."""
@@ -70,9 +71,17 @@ class Grid:
                 "an experiment a row each"
             )
 
-    def no_more_cells_than_names(self, head):
-        """Refuse a row in which something stands beyond the last column that has a name; head: index of the row of names."""
+    def as_many_cells_as_names(self, head):
+        """Refuse a row in which something stands beyond the last column that has a name, or in which blanks hide which cell is
+        lost; head: index of the row of names."""
         count = len(self.cells[head])
+        for row in range(head + 1, len(self.cells) if self.blanks else 0):
+            if len(self.cells[row]) < count and any(map(is_number, self.cells[row][1:])):
+                there = how_many(len(self.cells[row]), "cell")
+                raise InputError(
+                    f"{self.place(row)}: {there} below {count} names, and blanks do not show which one is lost; write nan in its "
+                    "place, or separate columns by commas"
+                )
         for row in range(head + 1, len(self.cells)):
             if any(self.cells[row][count:]):
                 raise InputError(
@@ -151,14 +160,15 @@ def grid_of(source, separator=None):
             "this an export as text?"
         )
     head = "\n".join(lines[k] for k in used[:FIRST_LINES])
-    numbers, cells = _rows(source.name, lines, used, separator or _separator(head))
+    separator = separator or _separator(head)
+    numbers, cells = _rows(source.name, lines, used, separator)
     commas = (f"'{shown(cell)}' in row {k}" for k, row in zip(numbers, cells, strict=True) for cell in row if _is_comma(cell))
     if comma := next(commas, ""):
         notes = (*notes, Assumption(f"{source.name}: decimals are written with a comma, 0,5 for a half"))
     if below := [k + 1 for k in range(used[0], len(lines)) if is_comment(lines[k])]:
         rows = ", ".join(map(str, below[:5])) + ", .." * (len(below) > 5)
         notes = (*notes, Assumption(f"{source.name}: what begins with # is passed over, as a comment (row {rows})"))
-    return Grid(source.name, source.stem, numbers, cells, comma, notes)
+    return Grid(source.name, source.stem, numbers, cells, comma, notes, separator == " ")
 
 
 def _names_in_a_comment(lines, first):

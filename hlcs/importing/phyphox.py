@@ -47,7 +47,7 @@ def read(path, overrides):
             if words := _recognised(grid, kind):
                 for index, _ in words.values():
                     grid.once(0, index)
-                grid.no_more_cells_than_names(0)
+                grid.as_many_cells_as_names(0)
                 found = readers[kind](grid, words, overrides)
                 others = ", ".join(other.name for other in grids if other is not grid)
                 told = (Assumption(f"{grid.name} is read; left out: {others}"),) if others else ()

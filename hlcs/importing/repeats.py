@@ -2,6 +2,7 @@
 "Trial 2", .., and bounces after one drop, "bounce 1", "bounce 2", ..
 """
 
+import math
 import re
 from dataclasses import replace
 
@@ -10,7 +11,7 @@ import numpy as np
 from hlcs.data.quantities import OUTCOMES
 from hlcs.importing.found import Assumption
 from hlcs.importing.units import UNITS, split_unit
-from minibullet.errors import shown
+from minibullet.errors import InputError, how_many, shown
 
 # what people call a repeat, in English, German, French and Spanish
 REPEAT = re.compile(
@@ -18,11 +19,24 @@ REPEAT = re.compile(
     r"no|nr)\b\.?"
 )
 NUMBERED = re.compile(r"\d{1,2}(?:\.|st|nd|rd|th|er|e|ª|º)\s*(?P<after>\D+)|(?P<before>.*?)[\s#.\-]*\d{1,2}")  # "2. run", "run 2"
+CHANCE = 0.01  # with which repeats of a rebound may come in the order of successive ones
 # what is computed of readings is none of them
 COMPUTED = re.compile(
     r"\b(?:mean|average|avg|median|mittel(?:wert)?|durchschnitt|moyenne|media|promedio|std|stdev|sd|st\.? ?dev|std\.? ?abw|"
     r"standard deviation|standardabweichung|écart[ -]type|desviación|error|fehler|uncertainty|unsicherheit|incertitude)\b"
 )
+
+
+def without_computed(grid, head):
+    """The Grid without rows of means or deviations, which a word says: they are no experiments of their own."""
+    rows = range(head + 1, len(grid.cells))
+    computed = [row for row in rows if any(COMPUTED.fullmatch(cell.lower().strip(" .:")) for cell in grid.cells[row])]
+    if not computed:
+        return grid
+    lines, cells = ([part for row, part in enumerate(each) if row not in computed] for each in (grid.lines, grid.cells))
+    told = f"computed of others, not read: left out (row {', '.join(str(grid.lines[row]) for row in computed[:5])})"
+    note = Assumption(f"{grid.name}: {how_many(len(computed), 'row')} {told}")
+    return replace(grid, lines=tuple(lines), cells=tuple(cells), assumptions=(*grid.assumptions, note))
 
 
 def below_one_another(grid, head, units, meaning, overrides):
@@ -39,7 +53,11 @@ def below_one_another(grid, head, units, meaning, overrides):
         return grid, overrides
     first, others = together[0], {*together[1:]}
     word, unit = word_and_unit(names, units_below, first)
-    bounces = names[first] not in overrides.column and meaning.get(_stem(word)[0]) == "bounce"
+    if other := next((k for k in others if word_and_unit(names, units_below, k)[1] != unit), None):
+        two = f"'{shown(names[first])}' and '{shown(names[other])}'"
+        raise InputError(f"{grid.place(head)}: {two} are one outcome in two units; write both in one")
+    means = None if names[first] in overrides.column else meaning.get(_stem(word)[0])
+    bounces = means == "bounce" or means == "rebound_height_m" and _falling(grid, head + 1 + units, together)
 
     def row(cells, repeat, number=""):
         filled = cells + [""] * (len(names) - len(cells))
@@ -61,6 +79,12 @@ def below_one_another(grid, head, units, meaning, overrides):
     column = {cell: name for cell, name in overrides.column.items() if cell not in {names[k] for k in others}}
     found = replace(grid, lines=tuple(lines), cells=tuple(cells), assumptions=(*grid.assumptions, note))
     return found, replace(overrides, column=column)
+
+
+def _falling(grid, first, columns):
+    """Do the numbers of some columns fall from each to the next in every row, more surely than repeats would by chance?"""
+    readings = np.array([grid.column(first, k, "") for k in columns])
+    return bool(np.all(np.diff(readings, axis=0) < 0)) and math.factorial(len(columns)) ** -readings.shape[1] < CHANCE
 
 
 def _said(names, overrides):

@@ -18,7 +18,7 @@ from hlcs.importing.axes import turned
 from hlcs.importing.column_names import DIAMETERS, IN_RECORDINGS, IN_TABLES, MEANING, TIMED, meaning, misspelt
 from hlcs.importing.found import FEW, Assumption, Found, recording
 from hlcs.importing.grids import MISSING, grid_of, is_number, source_of
-from hlcs.importing.repeats import COMPUTED, below_one_another, word_and_unit
+from hlcs.importing.repeats import COMPUTED, below_one_another, without_computed, word_and_unit
 from hlcs.importing.runs import bare, runs_of, without_short_names
 from hlcs.importing.units import KNOWN, SI, UNITS, quantity_of, scale, split_unit
 from minibullet.errors import InputError, how_many, shown
@@ -28,6 +28,7 @@ USES = ("up", "length_unit", "time_unit", "frame_rate", "column", "constant")
 OFTEN, PART = 3, 0.2  # how many times beside heights, and which part, do not rise where they are of falls: repeats scatter
 DROPS = 40  # rows of a height and a time that may each be a drop of its own
 FIRST_ROWS = 12  # in which the row of names stands
+CLOCK = 1e7  # of a time that is read off a clock and counts from no event of the experiment: four months [s]
 
 
 class Column(NamedTuple):
@@ -42,7 +43,8 @@ def read(path, overrides):
     """The Found of one file: one recording, or the rows of a table. Raises InputError with file, row, and what was expected."""
     grid = without_short_names(grid_of(source_of(path)))
     head = _header(grid, overrides)
-    grid.no_more_cells_than_names(head)
+    grid.as_many_cells_as_names(head)
+    grid = without_computed(grid, head)
     runs = runs_of(grid, head, overrides)
     nameless = [] if runs[0][0] is grid else _nameless(grid, head, head + 1 + _has_units(grid, head))
     first, *others = [_read(part, head, given) for part, given in runs]
@@ -131,7 +133,8 @@ def _left_out(grid, head, left, found):
 
 def _may_be_groups(grid, head, cell, found):
     """What to do where words that stand below a name may part the rows of a table: a ball, a floor, a person."""
-    below = {cells[grid.cells[head].index(cell)] for cells in grid.cells[head + 1 :]} - MISSING - {""}
+    column = grid.cells[head].index(cell)
+    below = {cells[column] for cells in grid.cells[head + 1 :] if column < len(cells)} - MISSING
     parts = len(below) > 1 and not any(map(is_number, below)) and any(name in found for name in OUTCOMES)
     if not parts or "group" in found:
         return ""
@@ -173,7 +176,7 @@ def _columns(grid, head, first, overrides, repeats=False):
                 f"{grid.place(head)}: both '{shown(grid.cells[head][found[name].index])}' and '{shown(cell)}' would be {name}; "
                 f'state with --column "{shown(cell)}=.." what each is'
             )
-        halved = word in DIAMETERS and cell not in overrides.column
+        halved = name == "radius_m" and any(part in DIAMETERS for part in word.split())
         found[name] = Column(index, unit, 0.5 if halved else 1.0)
     if "t_s" in found and not {*found} & {*COLUMNS[1:3], *COLUMNS[4:], *PIXELS, *ACCELERATIONS}:  # samples: one after another
         back = np.diff(grid.column(first, found["t_s"].index, "t_s")) <= 0
@@ -196,9 +199,9 @@ def _columns(grid, head, first, overrides, repeats=False):
     notes = _left_out(grid, head, left, found)
     for name, place in found.items():
         cell = grid.cells[head][place.index]
-        if cell != name and cell not in overrides.column:
+        half = "half of " if place.part != 1 else ""
+        if cell != name and (half or cell not in overrides.column):
             since = ", counted from the release" if name == "bounce_time_s" else ""
-            half = "half of " if place.part != 1 else ""
             notes.append(Assumption(f"{grid.name}: {half}column '{shown(cell)}' is {name}{since}", "--column"))
     if {*found} == {"t_s", "z_m"} and len(grid.cells) - first <= DROPS and "t_s" not in overrides.column.values():
         cell = shown(grid.cells[head][found["t_s"].index])
@@ -297,7 +300,11 @@ def _vectors(grid, first, axes, columns, overrides):
 
 def _times(grid, first, columns, left, overrides):
     if "t_s" in columns and overrides.frame_rate is None:
-        return _si(grid, first, "t_s", columns["t_s"], overrides)
+        times, told = _si(grid, first, "t_s", columns["t_s"], overrides)
+        if len(times) and abs(times[0]) > CLOCK:
+            told = [*told, Assumption(f"{grid.name}: times count from the first sample, at {times[0]:.17g} s of a clock")]
+            times = times - times[0]
+        return times, told
     if "frame" not in columns:
         needed = "a column 'frame', which --frame-rate needs" if overrides.frame_rate else "a column of times, such as Zeit [s]"
         raise InputError(f"{grid.place(0)}: {needed}, is missing; there are {', '.join(columns)}{_what_left_is(left)}")

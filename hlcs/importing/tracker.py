@@ -27,7 +27,7 @@ def read(path, overrides):
     """The Found of one file: a recording for each point mass. Raises InputError with file, row, and what was expected."""
     grid = grid_of(source_of(path))
     head, words = _header(grid)
-    grid.no_more_cells_than_names(head)
+    grid.as_many_cells_as_names(head)
     masses, notes = _masses(grid, head, words), []
     up = overrides.up or "y"
     if overrides.up is None:

@@ -21,10 +21,13 @@ UNITS = {  # quantity -> unit -> its size in the unit of the project
     "mass": {"kg": 1.0, "g": 1e-3},
     "angle": {"deg": 1.0, "°": 1.0, "degrees": 1.0, "rad": 180.0 / math.pi},  # columns of tables have angle_deg
     "rate of turn": {"rad/s": 1.0, "deg/s": math.pi / 180.0, "°/s": math.pi / 180.0, "rpm": math.pi / 30.0},
+    "density": {"kg/m3": 1.0, "kg/m^3": 1.0, "kg/m³": 1.0, "g/cm3": 1e3, "g/cm^3": 1e3, "g/cm³": 1e3, "g/ml": 1e3, "kg/l": 1e3},
+    "viscosity": {"Pa s": 1.0, "pa s": 1.0, "pa·s": 1.0, "pas": 1.0, "mpa s": 1e-3, "mpa·s": 1e-3, "mpas": 1e-3, "cp": 1e-3},
     "pixels": {"px": 1.0, "pixel": 1.0, "pixels": 1.0},
     "share": {"1": 1.0, "-": 1.0, "%": 0.01},
 }  # fmt: skip
-SUFFIXES = {"_pa_s": "share", "_m_s2": "acceleration", "_rad_s": "rate of turn", "_m_s": "speed", "_kg": "mass",
+SUFFIXES = {"_kg_m3": "density",
+            "_pa_s": "viscosity", "_m_s2": "acceleration", "_rad_s": "rate of turn", "_m_s": "speed", "_kg": "mass",
             "_deg": "angle", "_px": "pixels", "_s": "time", "_m": "length"}  # fmt: skip
 SI = {
     "time": "s",
@@ -34,14 +37,16 @@ SI = {
     "mass": "kg",
     "angle": "degrees",
     "rate of turn": "rad/s",
+    "density": "kg/m3",
+    "viscosity": "Pa s",
     "pixels": "pixels",
 }
 CHOICES = {"length": ("m", "cm", "mm", "km", "in", "ft"), "time": ("s", "ms", "us", "min")}  # of the options
 KNOWN = {unit for quantity, units in UNITS.items() if quantity != "share" for unit in units}
 IN_BRACKETS = re.compile(r"(.*?)\s*[\[(]([^\[\]()]*)[\])]\s*")
 AFTER_SLASH = re.compile(r"(.*?\S)\s*(?:/|\bin\b)\s*(\S+)")
-AFTER_UNDERSCORE = re.compile(r"(.+?)_([^_]+)")
-AFTER_BLANK = re.compile(r"(.*[^\W\d].*?)\s+(?!in$|min$)(\S+)", re.IGNORECASE)  # "Time min" may be the least one
+AFTER_UNDERSCORE = re.compile(r"(.+?)_(?!min$)([^_]+)", re.IGNORECASE)  # "t_min" may be the least one
+AFTER_BLANK = re.compile(r"(.*[^\W\d].*?)\s+(?!in$|min$)(\S+)", re.IGNORECASE)  # likewise "Time min"
 
 
 def quantity_of(column):

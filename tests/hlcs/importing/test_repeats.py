@@ -85,3 +85,27 @@ def test_the_numbers_of_rows_and_remarks_may_have_no_name(imported):
     found, tables = imported(",height_m,fall_time_s,\n0,0.5,0.32,\n1,0.5,0.31,late?\n", "csv")
     assert tables["measurements.csv"] == {"height_m": ["0.5", "0.5"], "fall_time_s": ["0.32", "0.31"]}
     assert "column 1 is left out, it has no name" in str(found) and "column 4 is left out" in str(found)
+
+
+def test_rebounds_that_fall_in_every_row_are_those_of_one_drop(imported):
+    """Of repeats one row in six would fall so."""
+    head = "drop height (cm),bounce height 1 (cm),bounce height 2 (cm),bounce height 3 (cm)\n"
+    _, tables = imported(head + "80,51.5,33.0,21.0\n100,63.8,41.5,26.4\n120,76.3,49.4,31.7\n", "csv")
+    (table,) = tables.values()
+    assert table["bounce"] == ["1.0", "2.0", "3.0"] * 3 and table["rebound_height_m"][:3] == ["0.515", "0.33", "0.21"]
+    _, tables = imported(head + "80,51.5,52.0,51.8\n100,63.8,64.5,63.4\n120,76.3,75.4,76.7\n", "csv")
+    (table,) = tables.values()
+    assert "bounce" not in table and len(table["rebound_height_m"]) == 9
+
+
+def test_one_outcome_in_two_units_is_refused(refused):
+    stated = {"Anna [cm]": "stop_distance_m", "Ben [m]": "stop_distance_m"}
+    text = "speed_m_s,Anna [cm],Ben [m]\n1.0,17.2,0.171\n1.5,38.1,0.383\n2.0,68.2,0.679\n"
+    refused(text, "csv", "row 1: 'Anna [cm]' and 'Ben [m]' are one outcome in two units", column=stated)
+
+
+def test_rows_of_means_and_deviations_are_left_out(imported):
+    text = "Person;Fallhöhe [m];Fallzeit [s]\nA;1,0;0,452\nB;1,0;0,458\nMittelwert;1,0;0,455\nStd.;1,0;0,004\nA;2,0;0,640\n"
+    found, tables = imported(text, "csv")
+    assert tables["measurements.csv"]["group"] == ["A", "B", "A"]
+    assert any("2 rows computed of others, not read: left out (row 4, 5)" in str(each) for each in found.assumptions)

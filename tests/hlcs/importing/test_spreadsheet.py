@@ -455,3 +455,46 @@ def test_times_that_scatter_beside_heights_are_of_falls(imported, person):
 def test_what_an_outcome_cannot_do_without_is_asked_for(imported, head, asked):
     _, tables = imported(f"mass (g),{head}\n20,1.2\n20,1.3\n", "csv")
     assert tables["measurements.csv"][asked] == ["fill in"] * 2
+
+
+@pytest.mark.parametrize(("unit", "size"), [("s", 1.0), ("ms", 1e-3), ("us", 1e-6)])
+def test_times_of_a_clock_count_from_the_first_sample(imported, unit, size):
+    """60 pictures a second in June 2024: to a microsecond, of which a double has four in a time of 1.7e9 s."""
+    begin = 1717243200.0
+    rows = [f"{(begin + k / 60) / size:.3f};{1 - 4.905 * (k / 60) ** 2:.4f}" for k in range(12)]
+    rows = rows if unit != "s" else [f"{begin + k / 60:.6f};{1 - 4.905 * (k / 60) ** 2:.4f}" for k in range(12)]
+    found, tables = imported(f"time [{unit}];z [m]\n" + "\n".join(rows) + "\n", "csv")
+    assert [float(t) for t in tables["drop.csv"]["t_s"]] == pytest.approx([k / 60 for k in range(12)], abs=2e-6)
+    assert any("times count from the first sample" in str(each) for each in found.assumptions)
+
+
+def test_a_lost_cell_between_blanks_is_refused(refused):
+    """x would be read as z, and z as lost."""
+    lines = ["t x z", "0.0 0.3 1.25", "0.1      1.20", "0.2 0.5 1.05"]
+    refused("\n".join(lines) + "\n", "csv", "row 3: 2 cells below 3 names", "write nan")
+
+
+def test_a_remark_at_the_end_of_one_row_is_no_column(imported):
+    _, tables = imported("time (s),z (m),note\n0.0,1.0\n0.1,0.95,first\n0.2,0.80\n", "csv")
+    assert tables["drop.csv"]["z_m"] == ["1.0", "0.95", "0.8"]
+
+
+def test_the_least_time_is_no_time_in_minutes(refused):
+    """t_min may be either: nothing says which."""
+    refused("height_m,t_min\n1.0,0.45\n1.5,0.55\n2.0,0.64\n", "csv", "'t_min'")
+
+
+def test_a_diameter_that_is_called_a_radius_is_halved_and_that_is_told(imported):
+    text = "Durchmesser der Kugel [mm];height_m;fall_time_s\n40;1.0;0.452\n40;1.5;0.553\n60;1.5;0.554\n"
+    found, tables = imported(text, "csv", column={"Durchmesser der Kugel [mm]": "radius_m"})
+    assert [float(radius) for radius in tables["measurements.csv"]["radius_m"]] == [0.02, 0.02, 0.03]
+    assert any("half of column 'Durchmesser der Kugel [mm]' is radius_m" in str(each) for each in found.assumptions)
+
+
+def test_densities_and_viscosities_have_units(imported):
+    text = "density of the oil (g/cm3),eta (mPa s),height_m,fall_time_s\n0.96,800,0.3,1.5\n0.97,900,0.3,1.6\n0.97,900,0.4,2.1\n"
+    stated = {"density of the oil (g/cm3)": "fluid_density_kg_m3", "eta (mPa s)": "fluid_viscosity_pa_s"}
+    _, tables = imported(text, "csv", column=stated)
+    (table,) = tables.values()
+    assert [float(each) for each in table["fluid_density_kg_m3"]] == [960.0, 970.0, 970.0]
+    assert [float(each) for each in table["fluid_viscosity_pa_s"]] == [0.8, 0.9, 0.9]
