@@ -8,6 +8,7 @@ import warnings
 
 import numpy as np
 
+from hlcs.data.apparent_acceleration import acceleration
 from hlcs.data.free_falls import TOO_FAST, TWICE, question, remedy
 from hlcs.data.rigid_body import known_body, rigid_body
 from hlcs.data.rounded_readings import reading_step
@@ -30,31 +31,6 @@ def check_duration(trials, file):
             f"{seconds / step:.3g} steps; at most {MOST_STEPS:.0e} are computed: take time_step >= "
             f"{seconds / MOST_STEPS:.2g} s, or cut them"
         )
-
-
-def acceleration(trial, axis, segments=8, least=6):
-    """(typical second derivative of a recorded coordinate, its standard error) [m/s2]; None with fewer than 5 samples.
-
-    In free flight of one parabola through all samples; where there is a floor the median over segments, so that a few impacts
-    between them do not matter. The error is infinite where there are fewer than three segments.
-    """
-    there = np.isfinite(trial.position[:, axis])
-    times, values = trial.times[there], trial.position[there, axis]
-    if len(times) < 5:
-        return None
-    if trial.surroundings.floor_height is None:
-        curve = np.polyfit(times - times[0], values, 2)
-        scatter = np.std(values - np.polyval(curve, times - times[0]))
-        return 2 * float(curve[0]), float(scatter) * np.sqrt(720 / len(times)) / (times[-1] - times[0]) ** 2
-    count = int(np.clip(len(times) // least, 1, segments))
-    curvatures = np.array(
-        [
-            2 * np.polyfit(times[part] - times[part[0]], values[part], 2)[0]
-            for part in np.array_split(np.arange(len(times)), count)
-        ]
-    )
-    middle = float(np.median(curvatures))
-    return middle, 1.4826 * 1.25 * float(np.median(np.abs(curvatures - middle))) / np.sqrt(count) if count > 2 else np.inf
 
 
 def check_units(trial, path):
