@@ -3,7 +3,9 @@
 import numpy as np
 
 from minibullet.errors import InputError
+from minibullet.rotations import rotation_matrices
 
+UNSEEN = 0.05  # part of the weight that may lie along an axis that was not read
 FREE = 0.5  # of gravity: what moves through the air reads less, unless its drag is half its weight
 STEADY = 0.25  # of gravity that the reading of what lies, or is held in a hand, is more or less
 FASTEST_READ = 200.0  # typical reading of an accelerometer beyond which it is in no m/s2: phones end at 16 g [m/s2]
@@ -40,28 +42,39 @@ def check_accelerations(trial, path):
                     f"not stated; write start = {{ {key} = {value} }} under its [[trial]], or turn the columns into the axes of "
                     'the world and write accelerometer = "world"'
                 )
-    elif trial.unplaced and around.floor_height is not None and "position" not in trial.start:
+    if trial.unplaced and around.floor_height is not None and "position" not in trial.start:
+        normal, turning = around.normal, False
+        if trial.accelerations.in_body:
+            normal = rotation_matrices(np.array([trial.start["orientation"]], dtype=float))[0].T @ normal
+            turning = np.any(trial.start["angular_velocity"])
         axes = np.isfinite(values).any(axis=0)  # of which there is a column
-        if not around.normal[~axes].any():
-            _check_gravity_read(values[:, axes] @ around.normal[axes], around, path)
+        if not turning and np.abs(normal[~axes]).max(initial=0.0) < UNSEEN:
+            _check_gravity_read(values, axes, normal, around, path)
 
 
-def _check_gravity_read(along, around, path):
-    """Refuse readings (n,) along the normal of the floor of a body that lies on it and that do not hold gravity."""
+def _check_gravity_read(values, axes, normal, around, path):
+    """Refuse readings (n, 3) of a body that lies on its floor and that do not hold gravity along its normal, which is given along
+    the axes of the instrument; axes: which of them were read (3,)."""
+    along = values[:, axes] @ normal[axes]
     along = along[np.isfinite(along)]
     load = around.gravity * around.floor_normal[2]
     if not load > 1 or not len(along):
         return
     middle = float(np.median(along))
+    name = f"a{'xyz'[int(np.argmax(np.abs(normal)))]}_m_s2"
+    each = {f"a{axis}_m_s2": float(np.nanmedian(values[:, k])) for k, axis in enumerate("xyz") if axes[k]}
+    elsewhere = next((other for other, read in each.items() if other != name and abs(abs(read) - load) < load / 4), None)
     if abs(middle - load) < load / 2:
         return
-    if abs(middle + load) < load / 2:
-        remedy = "z points up, and an accelerometer at rest reads +9.81 upwards: turn the sign of the columns"
+    if elsewhere:
+        remedy = f"gravity is read in column {elsewhere}: turn the axes so that {name} points up"
+    elif abs(middle + load) < load / 2:
+        remedy = "an accelerometer at rest reads +9.81 upwards: turn the sign of the columns"
     elif abs(middle - 1) < 0.1:
         remedy = "these look like multiples of g: multiply them by 9.81"
     else:
         remedy = f"gravity seems to be taken out of them: add it, {load:.3g} m/s2 along the normal of the floor"
     raise InputError(
-        f"{path}, column az_m_s2: reads {middle:+.3g} m/s2 away from the floor that the body lies on, where {load:+.3g} m/s2 "
+        f"{path}, column {name}: reads {middle:+.3g} m/s2 away from the floor that the body lies on, where {load:+.3g} m/s2 "
         f"are due; {remedy}"
     )

@@ -14,9 +14,7 @@ def acceleration(trial, axis, segments=8, least=6):
     if len(times) < 5:
         return None
     if trial.surroundings.floor_height is None:
-        curve = np.polyfit(times - times[0], values, 2)
-        scatter = np.std(values - np.polyval(curve, times - times[0]))
-        return 2 * float(curve[0]), float(scatter) * np.sqrt(720 / len(times)) / (times[-1] - times[0]) ** 2
+        return of_a_parabola(times, values)
     count = int(np.clip(len(times) // least, 1, segments))
     curvatures = np.array(
         [
@@ -26,3 +24,10 @@ def acceleration(trial, axis, segments=8, least=6):
     )
     middle = float(np.median(curvatures))
     return middle, 1.4826 * 1.25 * float(np.median(np.abs(curvatures - middle))) / np.sqrt(count) if count > 2 else np.inf
+
+
+def of_a_parabola(times, values):
+    """(second derivative of one parabola through all samples, its standard error)."""
+    curve = np.polyfit(times - times[0], values, 2)
+    scatter = np.std(values - np.polyval(curve, times - times[0]))
+    return 2 * float(curve[0]), float(scatter) * np.sqrt(720 / len(times)) / (times[-1] - times[0]) ** 2

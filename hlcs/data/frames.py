@@ -16,7 +16,8 @@ LIKE = "a pandas frame, a dictionary of arrays or lists, or a structured array"
 
 def is_frame(thing):
     """Does it hold columns by name?"""
-    return hasattr(thing, "keys") or getattr(getattr(thing, "dtype", None), "names", None) is not None
+    named = getattr(getattr(thing, "dtype", None), "names", None) is not None
+    return named or callable(getattr(thing, "keys", None)) and getattr(thing, "ndim", 2) == 2  # a Series is a column
 
 
 def frames_in(given):
@@ -30,6 +31,8 @@ def frames_in(given):
         read = "pandas.read_csv reads a CSV file into a frame, hlcs.Experiment.read an experiment file"
         raise InputError(f"frames: got {shown_value(given)}, a text; {read}")
     frames = [] if isinstance(given, np.ndarray) or not isinstance(given, Iterable) else list(given)
+    if all(isinstance(one, tuple) and len(one) == 2 and is_frame(one[1]) for one in frames):  # frame.groupby(..)
+        frames = [frame for _, frame in frames]
     if not frames:
         raise InputError(f"frames: got {what_is(given)}; give {LIKE}, or a list of them, one for each recording")
     return frames

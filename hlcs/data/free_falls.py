@@ -32,6 +32,8 @@ def check_free(table, gravity):
         return
     if table.outcome == "fall_time_s" and "height_m" in table.inputs:
         _check_exchanged(table, gravity)
+    if table.outcome == "range_m" and "angle_deg" in table.inputs:
+        _check_launch(table, gravity)
     free, pull = free_times(table, gravity)
     known = np.isfinite(free) & (table.values > 0) & (pull > 0)
     sooner = float(np.median((free[known] / table.values[known]) ** 2)) if known.any() else 0.0
@@ -58,6 +60,25 @@ def free_times(table, gravity):
     with np.errstate(all="ignore"):
         until_end, until_begin = (2 * part / (speed + np.sqrt(speed**2 + 2 * pull * part)) for part in (way, begin))
         return np.where(way > 0, until_end - np.nan_to_num(until_begin), np.nan), pull
+
+
+def _check_launch(table, gravity):
+    """Refuse angles of throws that go too far through nothing at so many degrees, and not at so many radians."""
+    angles, speed = table.inputs["angle_deg"], table.inputs["speed_m_s"]
+    fall = 2 * table.inputs.get("gravity_m_s2", gravity) * table.inputs.get("height_m", 0.0)
+
+    def far(angle):
+        up = speed * np.sin(angle)
+        with np.errstate(all="ignore"):
+            free = speed * np.cos(angle) * (up + np.sqrt(up**2 + fall)) / gravity
+            return float(np.nanmedian(table.values / free))
+
+    in_degrees, in_radians = far(np.deg2rad(angles)), far(angles)
+    if 0 < np.abs(angles).max() <= np.pi / 2 and in_degrees > TOO_FAST and in_radians < BRAKED[1]:
+        raise InputError(
+            f"{table.file}, column angle_deg: throws go {in_degrees:.3g} times as far as through nothing at so small an angle; "
+            f"units that cannot be right: angles in degrees: these look like radians, multiply them by 57.2958{CONVERTED}"
+        )
 
 
 def _angles(inputs, none):

@@ -8,7 +8,7 @@ import warnings
 
 import numpy as np
 
-from hlcs.data.apparent_acceleration import acceleration
+from hlcs.data.apparent_acceleration import acceleration, of_a_parabola
 from hlcs.data.free_falls import TOO_FAST, TWICE, question, remedy
 from hlcs.data.rigid_body import known_body, rigid_body
 from hlcs.data.rounded_readings import reading_step
@@ -38,6 +38,9 @@ def check_units(trial, path):
     duration = trial.times[-1] - trial.times[0]
     floor, gravity = trial.surroundings.floor_height, trial.surroundings.gravity
     vertical = acceleration(trial, 2)
+    if vertical and np.isinf(vertical[1]):  # an impact among few samples makes a fall no faster
+        there = np.isfinite(trial.position[:, 2])
+        vertical = of_a_parabola(trial.times[there], trial.position[there, 2])
     falls = -vertical[0] / gravity if gravity > 1 and vertical else 0.0  # times as fast as freely
     for axis, name in enumerate("xyz"):
         there = np.isfinite(trial.position[:, axis])
@@ -152,8 +155,9 @@ def check_axes(trial, path):
             b, other = seen[name]
             if 4 * other < 0.25 * gravity and abs(abs(b) - gravity) < 0.25 * gravity:
                 raise InputError(
-                    f"{path}: falls along {name}_m (apparent acceleration {b:+.3g} m/s2, along z_m {a:+.3g}); z "
-                    f"points up: are the columns {name}_m and z_m mixed up?"
+                    f"{path}: falls along {name}_m (apparent acceleration {b:+.3g} m/s2, along z_m {a:+.3g}); z points up: "
+                    f"are the columns {name}_m and z_m mixed up? Where {name}_m points up in your program, it is z_m, and "
+                    f"-z_m is {name}_m (hlcs import --up {name})"
                 )
 
 

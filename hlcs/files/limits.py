@@ -15,6 +15,7 @@ USUAL = {
     "falling_distance": (0.0, 5.0, "Dn", "units are let go at 0.25 Dn: a distance in nominal diameters, not in m or cm"),
     "position": (1e-7, 0.2, "m", "trackers are good to some millimetres, 0.002 m: a noise is in m, not in mm"),
     "orientation": (1e-6, 0.5, "rad", "trackers are good to a degree, 0.02 rad: a noise is in rad, not in degrees"),
+    "slope": (-1.0, 1.0, "1", "a rise over its run, 0.087 for 5 degrees, 0.05 for 5 %: degrees stand in the column angle_deg"),
     "height_m": (0.0, 60.0, "m", "a stairwell has 10, a tower 50: heights are in m, not in cm"),
     "settle_time": (0.1, 600.0, "s", "a layer comes to rest within some seconds"),
 }

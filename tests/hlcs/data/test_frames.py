@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hlcs.data.frames import csv_of, is_frame
+from hlcs.data.frames import csv_of, frames_in, is_frame
 from hlcs.files.csv_files import CsvLayout, read_csv
 from minibullet.errors import InputError
 
@@ -93,3 +93,10 @@ def test_a_frame_has_no_comments():
     """A name that begins with # does not hide its row, in memory and in the file that is written of it."""
     text = csv_of({"group": ["#1", "b"], "t_s": [0.0, 1.0]}, "frame 1")
     assert list(read_csv(text, LAYOUT).columns["group"]) == ["#1", "b"]
+
+
+def test_a_dictionary_of_series_is_a_frame_and_groups_of_one_are_frames():
+    frame = pd.DataFrame({"t_s": [0.0, 0.1, 0.0, 0.1], "z_m": [1.0, 0.95, 2.0, 1.95], "run": [1, 1, 2, 2]})
+    assert len(frames_in({"t_s": frame["t_s"], "z_m": frame["z_m"]})) == 1
+    first, second = frames_in(frame.groupby("run"))
+    assert first["z_m"].tolist() == [1.0, 0.95] and second["z_m"].tolist() == [2.0, 1.95]

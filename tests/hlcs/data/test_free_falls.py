@@ -117,3 +117,19 @@ def test_rebounds_with_more_than_they_came_with_are_refused_and_lively_ones_are_
         told(table(0.78, True, 0.01))
     assert "are the columns mixed up" in told(table(0.9, True, 0.01))[0]
     assert told(table(0.9)) == told(table(0.98)) == told(table(0.2)) == []
+
+
+def test_launches_in_radians_are_refused_and_steep_slopes_are_questioned():
+    """Ranges through nothing from 0.5 to 0.9 rad; a slope is a rise over its run, and 5 is hardly one of 79 degrees."""
+    angles, ball = np.linspace(0.5, 0.9, 6), {"shape": "sphere", "radius": 0.02, "mass": 0.05}
+    shots = {"speed_m_s": 5.0, "angle_deg": angles, "range_m": 25 * np.sin(2 * angles) / G}
+    with pytest.raises(InputError, match="column angle_deg: throws go .* these look like radians"):
+        hlcs.compare(hlcs.Experiment.from_frames(shots, kind="outcomes", body=ball, noise={"outcome": 0.01}))
+    hlcs.compare(
+        hlcs.Experiment.from_frames(
+            shots | {"angle_deg": np.rad2deg(angles)}, kind="outcomes", body=ball, noise={"outcome": 0.01}
+        )
+    )
+    slides = {"slope": [5.0, 7.0, 9.0], "distance_m": 1.0, "slide_time_s": [3.0, 2.0, 1.6]}
+    with pytest.warns(hlcs.InputWarning, match="column slope: 5 is hardly meant"):
+        hlcs.compare(hlcs.Experiment.from_frames(slides, kind="outcomes", body=ball, noise={"outcome": 0.01}))

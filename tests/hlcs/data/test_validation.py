@@ -1,5 +1,7 @@
 """Units, axes, floors, clocks, copies: what no body does is refused, what is odd is told."""
 
+import warnings
+
 import numpy as np
 import pytest
 from experiments import FLOOR, TOML, experiment, measured, refused
@@ -8,7 +10,7 @@ from throws import write_throws
 import hlcs
 from hlcs.data.validation import extent_of_box
 from minibullet import rotations
-from minibullet.errors import InputError
+from minibullet.errors import InputError, InputWarning
 
 
 def test_units_are_checked_between_impacts_too(tmp_path):
@@ -124,3 +126,16 @@ def test_a_body_at_which_nothing_moves_is_warned_of_in_the_air_alone(tmp_path, r
     rows = "".join(f"{0.02 * k:.2f},{1.0 + moves * (k % 2)}\n" for k in range(12))
     measured(experiment(tmp_path, "t_s,z_m\n" + rows, toml))
     assert any("no position changes in 12 samples" in str(one.message) for one in recwarn) == warned
+
+
+@pytest.mark.parametrize(("factor", "words"), [(100.0, "these look like centimetres"), (1 / 0.3048, "are these in feet")])
+def test_units_of_a_short_recording_above_a_floor_are_checked(tmp_path, factor, words):
+    """14 pictures of a fall of a metre: too few for segments between impacts, and no impact makes a fall faster."""
+    times = np.arange(14) / 30
+    rows = "".join(f"{t:.6f},{factor * (1.02 - 4.905 * t**2):.5f}\n" for t in times)
+    toml = 'kind = "trajectory"\n[body]\nshape = "sphere"\nradius = 0.02\nmass = 0.05\n'
+    toml += "[surroundings]\nfloor = { height = 0.0 }\n[measurement]\nnoise = { position = 0.001 }\n"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises((InputError, InputWarning), match=words):
+            measured(experiment(tmp_path, "t_s,z_m\n" + rows, toml))

@@ -57,11 +57,12 @@ def test_a_number_that_acts_on_no_recording_of_the_other_half_is_fitted_where_it
     columns = [1e3 * np.column_stack([times, (times**2 - np.mean(times**2)) * own]) for own in (0, 1, 0, 1)]
     residuals = [part @ [2.0, 5.0] for part in columns]
     trials = Line([times] * 4, [times] * 4, groups=["a", "b", "a", "b"]).trials
+    laws = Model(tuple(Term(law, (("rate", 0.0),)) for law in LAWS.values()))
     fit = SimpleNamespace(
         linearization=SimpleNamespace(projected=(residuals, columns)),
         estimate=np.zeros(2),
         ends=np.array([[-np.inf] * 2, [np.inf] * 2]),
-        model=Model(tuple(Term(law, (("rate", 0.0),)) for law in LAWS.values())),
+        belief=belief(np.zeros(2), free_numbers(laws)),
     )
     for left, before in zip(CrossValidation(trials, "group").residuals(fit), residuals, strict=True):
         assert np.abs(left).max() < 1e-4 * np.abs(before).max()

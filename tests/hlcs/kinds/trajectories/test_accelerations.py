@@ -284,6 +284,7 @@ def test_a_slide_that_stops_inside_a_step_is_read_as_if_steps_were_short(stop):
     np.testing.assert_allclose(track.mean_acceleration(times, np.array([[0.01]]))[0, :, 0], due, atol=1e-11)
 
 
+LYING = {"orientation": [1.0, 0.0, 0.0, 0.0], "angular_velocity": [0.0, 0.0, 0.0]}
 REFUSED = [
     ({"axes": None}, ("column 'ax_m_s2'", "accelerometer = ")),
     ({"axes": "body"}, ("start = { orientation", "[[trial]]")),
@@ -293,6 +294,9 @@ REFUSED = [
     ({"shift": -G}, ("taken out",)),
     ({"shift": -G, "columns": ("t_s", "ax_m_s2", "az_m_s2")}, ("taken out",)),
     ({"shift": -G, "columns": ("t_s", "az_m_s2")}, ("taken out",)),
+    ({"swap": True}, ("gravity is read in column ay_m_s2",)),
+    ({"shift": -G, "axes": "body", "start": LYING}, ("taken out",)),
+    ({"scale": 1 / G, "axes": "body", "start": LYING}, ("multiples of g",)),
     ({"planar": True}, ("planar", "floor")),
 ]
 
@@ -303,12 +307,19 @@ def test_what_no_accelerometer_reads_is_refused_with_the_remedy(case, words):
     rows = {name: values * (1 if name == "t_s" else case.get("scale", 1.0)) for name, values in rows.items()}
     rows["az_m_s2"] = rows["az_m_s2"] + case.get("shift", 0.0)
     rows = {name: rows[name] for name in case.get("columns", rows)}
+    if "swap" in case:
+        rows["ay_m_s2"], rows["az_m_s2"] = rows["az_m_s2"], rows["ay_m_s2"]
     axes = case.get("axes", "world")
     measurement = ({"accelerometer": axes} if axes else {}) | ({"planar": True} if "planar" in case else {})
     with pytest.raises(InputError) as problem:
         hlcs.compare(
             hlcs.Experiment.from_frames(
-                [rows], body=BOX, surroundings={"floor": {"height": 0.0}}, noise={"acceleration": SIGMA}, measurement=measurement
+                [rows],
+                body=BOX,
+                surroundings={"floor": {"height": 0.0}},
+                noise={"acceleration": SIGMA},
+                measurement=measurement,
+                trials=[{"start": case["start"]}] if "start" in case else None,
             )
         )
     assert "\n" not in str(problem.value)
