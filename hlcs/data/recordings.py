@@ -21,6 +21,7 @@ PIXELS = ("x_px", "y_px", "z_px")  # in place of x_m, y_m, z_m, where the file s
 COLUMNS = ("t_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")
 ACCELERATIONS = ("ax_m_s2", "ay_m_s2", "az_m_s2")
 CHECKS = (
+    validation.check_steps,
     validation.check_clock,
     validation.check_units,
     validation.check_length,
@@ -123,7 +124,7 @@ def read_recordings(file):
         times, position, orientation, read, rows = read_recording(entry.file, file.pixel, file.accelerometer)
         trial = Trial(name, entry.group, times, position, orientation, entry.start, entry.body, entry.surroundings, rows=rows)
         trial = replace(trial, session=entry.session, accelerations=read)
-        for check in (validation.check_plane,) if trial.surroundings.planar else CHECKS:
+        for check in (validation.check_steps, validation.check_plane) if trial.surroundings.planar else CHECKS:
             check(trial, entry.file)
         starts.check_start(trial, file)
         notes += validation.describe(trial, entry.file) + validation.check_floor(trial, entry.file)

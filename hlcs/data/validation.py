@@ -17,6 +17,7 @@ from minibullet.errors import InputError, InputWarning, how_many
 
 UPWARDS = 'z points up, turn its sign; or, where each row is a fall of its own, it is a table: kind = "outcomes", fall_time_s'
 SLOW_CAMERA = 0.2  # nobody films a fall with fewer pictures: a longer typical step is not in seconds [s]
+SLOW_CLOCK = 1.0  # the same of what moves on a floor, where nothing falls [s]
 SAME = 1e-6  # part of the longest step by which the steps of a copy may differ: its digits were rounded again
 ALOFT = 5.0  # times as long as a throw of that height can last
 
@@ -67,6 +68,15 @@ def check_units(trial, path):
             raise InputError(
                 f"{path}, column t_s: free flight of {duration:.4g} s; units that cannot be right: times in s{_clock_seen(trial)}"
             )
+
+
+def check_steps(trial, path):
+    """Warn of samples that are far apart in time where no height is recorded, by which a fall would tell its clock."""
+    step = float(np.median(np.diff(trial.times)))
+    if step < SLOW_CLOCK or trial.surroundings.in_liquid or np.isfinite(trial.position[:, 2]).sum() >= 4:
+        return
+    told = f"{path}, column t_s: {step:.3g} s from one sample to the next; times are in s{_clock_seen(trial)}"
+    warnings.warn(told, InputWarning, stacklevel=2)
 
 
 def check_clock(trial, path):

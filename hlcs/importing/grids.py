@@ -4,6 +4,7 @@ Rows count as lines of the file, from 1; blank lines and lines that begin with #
 """
 
 import re
+import unicodedata
 from dataclasses import dataclass, field
 from math import isfinite, nan
 from pathlib import Path
@@ -257,4 +258,4 @@ def _text(source):
         notes = (Assumption(f"{source.name}: its letters are those of Western Windows (cp1252)"),)
     if "\0" in text:
         raise InputError(f"{source.name}: is not text; export it as CSV, and save it as UTF-8")
-    return text, notes
+    return unicodedata.normalize("NFC", text), notes  # an umlaut is one letter, whether it was saved as one or two

@@ -2,6 +2,7 @@
 
 import os
 import shlex
+import unicodedata
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
@@ -167,6 +168,7 @@ def checked_overrides(format, given):
         if name not in known:
             raise InputError(f"'{shown(name)}' is no option of an import; {known_one(name, known, NEAREST)}")
     said = Overrides(**{name: value for name, value in given.items() if value is not None})
+    said = replace(said, column={unicodedata.normalize("NFC", str(cell)): name for cell, name in said.column.items()})
     for name in said.given():
         if name not in FORMATS[format].USES:
             fits = ", ".join(other for other, reader in FORMATS.items() if name in reader.USES)

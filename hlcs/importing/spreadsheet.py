@@ -179,7 +179,7 @@ def _columns(grid, head, first, overrides, repeats=False):
         halved = name == "radius_m" and any(part in DIAMETERS for part in word.split())
         found[name] = Column(index, unit, 0.5 if halved else 1.0)
     if "t_s" in found and not {*found} & {*COLUMNS[1:3], *COLUMNS[4:], *PIXELS, *ACCELERATIONS}:  # samples: one after another
-        back = np.diff(grid.column(first, found["t_s"].index, "t_s")) <= 0
+        back = np.diff(grid.column(first, found["t_s"].index, "t_s")) < 0  # equal ones are rounded, of a quick clock
         repeats |= bool(back.any()) if "z_m" not in found else back.sum() >= OFTEN and back.mean() > PART
     if beside := _time_beside(found, overrides, repeats):
         found[beside] = found.pop("t_s")
@@ -216,7 +216,8 @@ def _example(left):
     if left and all(len(part) == 2 and is_number(part[0].replace(",", ".")) and part[1].lower() in KNOWN for part in parts):
         return f"their names are values: write '{shown(left[0])}' and the others into a column of their own, a row each reading"
     timed, placed = (next((c for c in left if split_unit(c)[1] in UNITS[unit_of]), None) for unit_of in ("time", "length"))
-    placed = placed or next((cell for cell in left if cell != timed), "h")
+    motions = {*UNITS["speed"], *UNITS["acceleration"], *UNITS["rate of turn"]}
+    placed = placed or next((cell for cell in left if cell != timed and split_unit(cell)[1] not in motions), "h")
     time = f' --column "{shown(timed)}=t_s"' if timed else ""
     return f'state what each is, such as --column "{shown(placed)}=z_m"{time}'
 

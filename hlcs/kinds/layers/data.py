@@ -33,6 +33,8 @@ PLACED = COLUMNS[:4] + ("campaign",)  # rows that agree in these are the layers 
 GRIDS = {"TPG": TPG, "RPG": RPG}
 MAY_BE_BLANK = ("spacing_x", "spacing_y", "bottom_slope", "cv", "tests", "campaign")
 LAYOUT = CsvLayout(COLUMNS, ("grid", "layer", "mean"), words=("grid", "campaign"), blank=MAY_BE_BLANK, short=True)
+USUAL_CV = 0.1  # beyond what any layer of the paper scatters by between tests
+EACH = 0.5  # part of the first coefficient by which each next one is larger where heights of structures were written
 NOT_USED = ("grid", "bottom", "seed")  # of [placement]: they come with a measured set and the command
 # settings of the simulations of a unit of Dn = 1 m where the file states none, smaller ones as the root of their size: coarser
 # than those of a single test, which changes no layer coefficient by more than the scatter between seeds; a finer step and more
@@ -102,11 +104,27 @@ def read_layers(file):
         test = replace(test, **{key: value * slower for key, value in QUICK.items() if key not in table})
     except InputError as problem:
         raise InputError(f"{file.path}: {problem}") from None
+    notes += odd_notes(sets)
     hold_out = file.hold_out
     if hold_out == "group":
         hold_out = "campaign" if len({measured_set.campaign for measured_set in sets}) > 1 else "grid"
     measurement = LayerMeasurement(file, test, sets, hold_out, tuple(notes))
     return measurement if len(set(map(measurement.group, sets))) > 1 else replace(measurement, hold_out="none")
+
+
+def odd_notes(sets):
+    """Sentences on what is hardly meant in some LayerSets."""
+    notes = []
+    for each in sets:
+        if (largest := np.nanmax(each.sample.cv, initial=0.0)) > USUAL_CV:
+            notes.append(f"{each.name}: cv up to {largest:g} between tests; it is a fraction, not per cent: 0.02 for 2 %")
+        if each.layers > 1 and np.all(np.diff(each.sample.mean) > EACH * each.sample.mean[0]):
+            notes.append(f"{each.name}: means grow as heights do; a coefficient is the thickness of one layer alone")
+        own = GRIDS.get(each.grid.name.upper())
+        if own and each.grid != own:
+            here, there = (f"{grid.spacing_x:g} x {grid.spacing_y:g} Dn" for grid in (each.grid, own))
+            notes.append(f"{each.name}: spacings of {here}, where the paper's are {there}: spacing_x is along a row")
+    return notes
 
 
 def read_layer_sets(path):

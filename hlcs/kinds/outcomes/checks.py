@@ -134,7 +134,8 @@ def check_magnitude(file, table, expected):
         high = np.inf  # a grain sinks through honey a thousand times as long as it falls
     if low <= ratio <= high:
         return
-    row = int(np.nanargmin(np.abs(ratios - ratio)))
+    outside = (ratios < low) | (ratios > high)
+    row = int(np.nanargmin(np.where(outside, np.abs(ratios - ratio), np.nan)))
     what = remedy(max(ratio, 1e-9) ** -2, ratio) if OUTCOMES[table.outcome] == "s" else remedy(ratio, 1.0)
     raise InputError(
         f"{table.file}, row {table.rows[row]}, column {table.outcome}: {table.values[row]:g} where {expected[row]:.3g} is "

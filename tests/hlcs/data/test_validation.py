@@ -139,3 +139,12 @@ def test_units_of_a_short_recording_above_a_floor_are_checked(tmp_path, factor, 
         warnings.simplefilter("error")
         with pytest.raises((InputError, InputWarning), match=words):
             measured(experiment(tmp_path, "t_s,z_m\n" + rows, toml))
+
+
+@pytest.mark.parametrize(("step", "words"), [(1.0, "these look like frame numbers"), (1000 / 60, "milliseconds by 1000")])
+def test_times_of_a_cart_that_are_not_seconds_are_questioned(step, words):
+    """Nothing falls, so that gravity tells no clock; nobody films a cart once a second."""
+    times = np.arange(20) * step
+    cart, ball = {"t_s": times, "x_m": 0.5 * np.arange(20) / 60}, {"shape": "sphere"}
+    with pytest.warns(InputWarning, match=words):
+        hlcs.compare(hlcs.Experiment.from_frames(cart, body=ball, measurement={"planar": True}, noise={"position": 0.01}))

@@ -1,5 +1,7 @@
 """Tables of people: names in any order and language, units in names or below them, decimal commas, recordings and experiments."""
 
+import unicodedata
+
 import pytest
 
 import hlcs
@@ -498,3 +500,23 @@ def test_densities_and_viscosities_have_units(imported):
     (table,) = tables.values()
     assert [float(each) for each in table["fluid_density_kg_m3"]] == [960.0, 970.0, 970.0]
     assert [float(each) for each in table["fluid_viscosity_pa_s"]] == [0.8, 0.9, 0.9]
+
+
+def test_an_umlaut_is_one_letter_however_it_was_saved(imported):
+    """As one sign, or as a letter and two dots, in the file and in what is stated."""
+    text = "t (s),Höhe über Tisch (m)\n0.0,1.0\n0.1,0.95\n0.2,0.80\n"
+    for form, other in (("NFC", "NFD"), ("NFD", "NFC")):
+        stated = {unicodedata.normalize(other, "Höhe über Tisch (m)"): "z_m"}
+        _, tables = imported(unicodedata.normalize(form, text), "csv", column=stated)
+        assert tables["drop.csv"]["z_m"] == ["1.0", "0.95", "0.8"]
+
+
+def test_times_of_a_quick_clock_that_were_rounded_make_no_table_of_falls(refused):
+    """200 readings a second, written to hundredths: each time stands twice."""
+    rows = "".join(f"{0.01 * (k // 2):.2f},{1 - 0.001 * k:.3f}\n" for k in range(12))
+    refused("time (s),height (m)\n" + rows, "csv", "the same time twice")
+
+
+def test_a_speed_is_not_offered_as_a_height(refused):
+    told = refused("t (s),vz (m/s)\n0.0,0.0\n0.1,-1.0\n0.2,-2.0\n", "csv", "none is known as a position")
+    assert "vz (m/s)=z_m" not in told

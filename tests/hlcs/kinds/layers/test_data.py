@@ -5,7 +5,7 @@ import pytest
 from layer_tables import HEADER, PAPER, experiment, measured
 
 import hlcs
-from hlcs.kinds.layers.data import read_layer_sets, read_layers
+from hlcs.kinds.layers.data import odd_notes, read_layer_sets, read_layers
 from hlcs.kinds.layers.notes import campaign_notes
 from hlcs.placement.printed_tables import laboratory
 
@@ -75,3 +75,11 @@ def test_sets_of_one_name_are_told_apart_by_what_differs(tmp_path):
     assert (
         "1.000 (mine 1.2" in note and "against 0.900 (mine 1.4" in note and "8.3 sigma" in note
     )  # 0.1 / hypot(0.02, 0.018) * sqrt(5)
+
+
+def test_what_is_hardly_meant_in_a_table_of_layers_is_told(tmp_path):
+    """Per cent for a fraction, heights of structures for coefficients of layers, spacings in the other order."""
+    rows = ["TPG,1.27,1.58,0,1,1.294,0.3,5,lab", "TPG,1.27,1.58,0,2,2.370,0.4,5,lab", "RPG,,,0,1,1.29,0.01,5,lab"]
+    (tmp_path / "layers.csv").write_text("\n".join([HEADER, *rows]) + "\n")
+    scatter, heights, spacings = odd_notes(read_layer_sets(tmp_path / "layers.csv"))
+    assert "cv up to 0.4" in scatter and "one layer alone" in heights and "1.27 x 1.58 Dn" in spacings
