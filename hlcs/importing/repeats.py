@@ -2,7 +2,6 @@
 "Trial 2", .., and bounces after one drop, "bounce 1", "bounce 2", ..
 """
 
-import math
 import re
 from dataclasses import replace
 
@@ -18,8 +17,9 @@ REPEAT = re.compile(
     r"\b(?:trial|run|repeat|reading|attempt|measurement|versuch|messung|durchgang|wiederholung|essai|mesure|ensayo|intento|medida|"
     r"no|nr)\b\.?"
 )
-NUMBERED = re.compile(r"\d{1,2}(?:\.|st|nd|rd|th|er|e|ª|º)\s*(?P<after>\D+)|(?P<before>.*?)[\s#.\-]*\d{1,2}")  # "2. run", "run 2"
-CHANCE = 0.01  # with which repeats of a rebound may come in the order of successive ones
+NUMBERED = re.compile(r"\d{1,2}(?:\.|st|nd|rd|th|er|e|ª|º)\s*(?P<after>\D+)|(?P<before>.*?)[\s#.\-]*\d{1,2}(?P<rest>\s+\D+)?")
+# "2. run", "run 2", "bounce 2 time"
+APART = 0.1  # part by which successive bounces differ at least, and repeats do not, all in one direction
 # what is computed of readings is none of them
 COMPUTED = re.compile(
     r"\b(?:mean|average|avg|median|mittel(?:wert)?|durchschnitt|moyenne|media|promedio|std|stdev|sd|st\.? ?dev|std\.? ?abw|"
@@ -57,7 +57,8 @@ def below_one_another(grid, head, units, meaning, overrides):
         two = f"'{shown(names[first])}' and '{shown(names[other])}'"
         raise InputError(f"{grid.place(head)}: {two} are one outcome in two units; write both in one")
     means = None if names[first] in overrides.column else meaning.get(_stem(word)[0])
-    bounces = means == "bounce" or means == "rebound_height_m" and _falling(grid, head + 1 + units, together)
+    order = {"rebound_height_m": -1, "bounce_time_s": 1}.get(means, 0)
+    bounces = means == "bounce" or bool(order) and _in_order(grid, head + 1 + units, together, order)
 
     def row(cells, repeat, number=""):
         filled = cells + [""] * (len(names) - len(cells))
@@ -65,7 +66,7 @@ def below_one_another(grid, head, units, meaning, overrides):
 
     called = names[first] if names[first] in overrides.column else _without_number(word, unit)
     if bounces:
-        called = f"{'time' if unit in UNITS['time'] else 'rebound height'} ({unit})"
+        called = _with_unit("time" if means == "bounce_time_s" or unit in UNITS["time"] else "rebound height", unit)
     lines, cells = list(grid.lines[: head + 1 + units]), [list(cells) for cells in grid.cells[: head + 1 + units]]
     cells[head:] = [row(part, first, "bounce" if k == 0 else "") for k, part in enumerate(cells[head:])]
     cells[head][cells[head].index(names[first])] = called
@@ -81,10 +82,10 @@ def below_one_another(grid, head, units, meaning, overrides):
     return found, replace(overrides, column=column)
 
 
-def _falling(grid, first, columns):
-    """Do the numbers of some columns fall from each to the next in every row, more surely than repeats would by chance?"""
+def _in_order(grid, first, columns, sign):
+    """Does each of some columns read more (sign 1), or less (-1), than the one before by APART at least, in every row?"""
     readings = np.array([grid.column(first, k, "") for k in columns])
-    return bool(np.all(np.diff(readings, axis=0) < 0)) and math.factorial(len(columns)) ** -readings.shape[1] < CHANCE
+    return bool(np.all(sign * np.diff(readings, axis=0) > APART * readings[:-1]))
 
 
 def _said(names, overrides):
@@ -129,11 +130,15 @@ def word_and_unit(names, units, k):
 def _stem(word):
     """(a numbered name without its number and what people call a repeat, how often that stood there)."""
     parts = NUMBERED.fullmatch(word)
-    stem, many = REPEAT.subn(" ", parts[parts.lastgroup] if parts else word)
+    named = (parts["after"] or parts["before"] + (parts["rest"] or "")) if parts else word
+    stem, many = REPEAT.subn(" ", named)
     return " ".join(stem.split()), many
 
 
 def _without_number(word, unit):
     """What a column of repeats is called without its number: "Trial 1 (s)" -> "time (s)"."""
-    stem = _stem(word)[0] or "time"
-    return f"{stem} ({unit})" if unit else stem
+    return _with_unit(_stem(word)[0] or "time", unit)
+
+
+def _with_unit(name, unit):
+    return f"{name} ({unit})" if unit else name
