@@ -85,7 +85,7 @@ def below_one_another(grid, head, units, meaning, overrides):
 def _in_order(grid, first, columns, sign):
     """Does each of some columns read more (sign 1), or less (-1), than the one before by APART at least, in every row?"""
     readings = np.array([grid.column(first, k, "") for k in columns])
-    return bool(np.all(sign * np.diff(readings, axis=0) > APART * readings[:-1]))
+    return not np.any(sign * np.diff(readings, axis=0) <= APART * readings[:-1])  # one that is blank is no repeat
 
 
 def _said(names, overrides):
