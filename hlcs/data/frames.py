@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sized
 from datetime import timedelta
-from numbers import Real
+from numbers import Integral, Real
 from os import PathLike
 
 import numpy as np
@@ -11,6 +11,7 @@ from hlcs.files.csv_files import CsvText
 from hlcs.files.spreadsheets import rows_text
 from minibullet.errors import InputError, shown_value
 
+WORDS = ("group", "campaign", "grid")  # columns of words
 LIKE = "a pandas frame, a dictionary of arrays or lists, or a structured array"
 
 
@@ -56,7 +57,7 @@ def csv_of(frame, name):
     if not is_frame(frame):
         raise InputError(f"{name}: {type(frame).__name__} has no columns by name; give {LIKE}")
     names = list(frame.keys()) if hasattr(frame, "keys") else list(frame.dtype.names)
-    columns = {str(column): _objects(frame[column], f"{name}, column {column}") for column in names}
+    columns = {str(column): _objects(frame[column], f"{name}, column {column}", column in WORDS) for column in names}
     for column, values in columns.items():
         if values.ndim > 1:
             told = f"has shape {values.shape}; give one number a row, shape (n,), or one number for all rows"
@@ -78,10 +79,13 @@ def _index_of(frame, rows):
     return index.tolist() if whole else range(rows)
 
 
-def _objects(values, place):
-    """A column as an array of objects, None where it is masked, seconds where it holds durations; place: begins a complaint."""
+def _objects(values, place, words):
+    """A column as an array of objects, None where it is masked, seconds where it holds durations; place: begins a complaint;
+    words: does it name what belongs together, as a day may?"""
     column = np.asarray(values) if hasattr(values, "dtype") else np.asarray(values, dtype=object)
-    if column.dtype.kind == "M":
+    if column.dtype.kind == "M" and words:
+        column = np.where(np.isnat(column), "", column.astype(str))
+    elif column.dtype.kind == "M":
         raise InputError(f"{place}: dates; give the seconds since the first, such as (t - t[0]) / numpy.timedelta64(1, 's')")
     if column.dtype.kind == "m":
         column = np.where(np.isnat(column), np.nan, column / np.timedelta64(1, "s"))
@@ -91,6 +95,8 @@ def _objects(values, place):
 
 def _cell(value):
     """A cell with all its digits; blank where it is missing."""
+    if isinstance(value, Integral) and not isinstance(value, bool):
+        return str(int(value))
     if isinstance(value, Real) and not isinstance(value, bool):
         return "" if value != value else repr(float(value))
     if isinstance(value, timedelta) and value == value:

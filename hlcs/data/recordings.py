@@ -222,7 +222,8 @@ def read_recording(path, pixel=None, accelerometer=None, at_rest=False):
         worst = int(np.argmax(steps <= 0)) + 1
         what = "the same time twice (duplicate sample); keep one of them"
         if steps[worst - 1] < 0:
-            ordered = [column for column, each in table.columns.items() if np.all(np.diff(each) > 0)]
+            even = _unevenness(times)  # a clock is: rows in reverse order are not exchanged columns
+            ordered = [name for name, each in table.columns.items() if np.all(np.diff(each) > 0) and _unevenness(each) < even]
             remedy = f"{ordered[0]} grows from row to row: are the two columns mixed up?" if ordered else "sort the rows by time"
             what = f"time goes backwards (unsorted); {remedy}"
         raise InputError(f"{table.place(worst, 't_s')}: {times[worst]:g} s after {times[worst - 1]:g} s: {what}")
@@ -237,6 +238,12 @@ def read_recording(path, pixel=None, accelerometer=None, at_rest=False):
             raise InputError(f"{place}: quaternion of zero length; blank if missing")
         raise InputError(f"{place}: quaternion of length {length[worst]:.3g}, must be 1")
     return times, position, orientation / length[:, None], _accelerations(table, steps, accelerometer), table.rows
+
+
+def _unevenness(values):
+    """Scatter of the steps of some numbers (n,) over their mean [-]."""
+    steps = np.diff(values)
+    return np.std(steps) / abs(np.mean(steps)) if np.mean(steps) else np.inf
 
 
 def _accelerations(table, steps, axes):

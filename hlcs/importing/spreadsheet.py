@@ -248,8 +248,8 @@ def _recording(grid, first, columns, left, overrides):
     foreign = [name for name in columns if name not in IN_RECORDINGS]
     if not {*columns} - {*foreign, "t_s", "frame"}:
         raise InputError(
-            f"{grid.place(0)}: {', '.join(columns)}, and nothing of where the body is; samples of a recording need a position, "
-            f"such as z_m, and a table one experiment a row an outcome: {', '.join(OUTCOMES)}{_what_left_is(left)}"
+            f"{grid.place(first - 1)}: {', '.join(columns)}, and nothing of where the body is; samples of a recording need a "
+            f"position, such as z_m, and a table one experiment a row an outcome: {', '.join(OUTCOMES)}{_what_left_is(left)}"
         )
     notes = [
         Assumption(f"{grid.name}: column {name} is left out: rows with t_s are samples of one recording", "--column")
@@ -258,7 +258,7 @@ def _recording(grid, first, columns, left, overrides):
     times, told = _times(grid, first, columns, left, overrides)
     notes += told
     if {*PIXELS} & {*columns} and {*COLUMNS[1:4]} & {*columns}:
-        raise InputError(f"{grid.place(0)}: positions in pixels beside positions in metres; leave one kind of column out")
+        raise InputError(f"{grid.place(first - 1)}: positions in pixels beside positions in metres; leave one kind of column out")
     places = PIXELS if {*PIXELS} & {*columns} else COLUMNS[1:4]
     up = overrides.up or ("z" if places[2] in columns or places[1] not in columns else "y")
     if up == "y" and overrides.up is None:
@@ -308,9 +308,9 @@ def _times(grid, first, columns, left, overrides):
         return times, told
     if "frame" not in columns:
         needed = "a column 'frame', which --frame-rate needs" if overrides.frame_rate else "a column of times, such as Zeit [s]"
-        raise InputError(f"{grid.place(0)}: {needed}, is missing; there are {', '.join(columns)}{_what_left_is(left)}")
+        raise InputError(f"{grid.place(first - 1)}: {needed}, is missing; there are {', '.join(columns)}{_what_left_is(left)}")
     if overrides.frame_rate is None:
-        raise InputError(f"{grid.place(0)}: frame numbers but no times; state --frame-rate, in pictures a second")
+        raise InputError(f"{grid.place(first - 1)}: frame numbers but no times; state --frame-rate, in pictures a second")
     return grid.column(first, columns["frame"].index, "frame") / overrides.frame_rate, []
 
 
@@ -348,7 +348,7 @@ def _rows(grid, first, columns, overrides):
     outcomes = [name for name in rows if name in OUTCOMES]
     if len(outcomes) > 1:
         raise InputError(
-            f"{grid.place(0)}: {' and '.join(outcomes)} are both outcomes; a table has one: import the other by itself"
+            f"{grid.place(first - 1)}: {' and '.join(outcomes)} are both outcomes; a table has one: import the other by itself"
         )
     lost = np.isnan(rows[outcomes[0]])
     if lost.any():

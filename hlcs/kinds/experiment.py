@@ -270,7 +270,7 @@ def check_target(path, source):
         return
     first, _, rest = read_bytes(path, str(path), MOST_BYTES, "give another name").partition(b"\n")
     if first and not first.endswith(_mark(rest).encode()):
-        raise InputError(f"'{path}' was changed after this program wrote it, and the changes would be lost; give another name")
+        raise InputError(f"'{path}' is not as this program wrote it: what was changed in it would be lost; give another name")
 
 
 def _marked(whence, text):

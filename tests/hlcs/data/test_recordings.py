@@ -20,6 +20,7 @@ def test_a_good_file_is_read(tmp_path):
     [
         ("t_s,z_m\n0,1\n0.2,1\n0.1,1\n0.3,1\n", ("a.csv", "row 4", "t_s", "unsorted", "sort the rows")),
         ("t_s,z_m\n1,0\n0.9,0.1\n0.7,0.2\n0.3,0.3\n", ("row 3", "t_s", "z_m grows from row to row", "mixed up")),
+        ("t_s,z_m\n0.3,0.3\n0.2,0.5\n0.1,0.6\n0,0.62\n", ("row 3", "t_s", "unsorted", "sort the rows")),
         ("t_s,z_m\n0,1\n0.1,1\n0.1,1\n0.3,1\n", ("row 4", "duplicate")),
         ("t_s,z_m\n0,1\n0.1,nan\n0.2,1\n", ("row 3", "z_m", "not finite", "blank")),
         ("t_s,z_m\n0,1\n0.1,inf\n0.2,1\n", ("row 3", "not finite")),

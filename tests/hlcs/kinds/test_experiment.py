@@ -153,7 +153,9 @@ def test_changes_in_a_file_that_was_written_are_not_lost(tmp_path):
     experiment = hlcs.Experiment.read(write_throws(tmp_path, count=2))
     experiment.save(tmp_path / "mended.toml")
     (tmp_path / "mended.toml").write_text((tmp_path / "mended.toml").read_text() + "# weighed on Friday\n")
-    with pytest.raises(hlcs.InputError, match="mended.toml' was changed after this program wrote it"):
+    with pytest.raises(
+        hlcs.InputError, match="mended.toml' is not as this program wrote it: what was changed in it would be lost"
+    ):
         experiment.save(tmp_path / "mended.toml")
     hlcs.Experiment.read(tmp_path / "mended.toml").with_effects([DRAG]).save(tmp_path / "mended.toml")
     assert "# weighed on Friday" in (tmp_path / "mended.toml").read_text()
