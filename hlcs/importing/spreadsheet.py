@@ -158,15 +158,17 @@ def _columns(grid, head, first, overrides, repeats=False):
     """
     known = dict.fromkeys((*IN_RECORDINGS, *IN_TABLES))
     units = grid.cells[head + 1] if _has_units(grid, head) else []
-    found, left, asked = {}, [], dict(overrides.column)
+    found, left, said, asked = {}, [], [], dict(overrides.column)
     for index, cell in enumerate(grid.cells[head]):
         word, unit = word_and_unit(grid.cells[head], units, index)
         own = cell.strip() if cell.strip() in known else None
         name = asked.pop(cell, None) or own or meaning(word, unit)
         if name in COLUMNS[1:4] and cell not in overrides.column and unit in UNITS["pixels"] and overrides.length_unit is None:
             name = PIXELS[COLUMNS.index(name) - 1]
-        if own and cell not in overrides.column:
-            unit = SI.get(quantity_of(own), "")
+        if own and cell not in overrides.column:  # its name has its unit, unless the row below says another
+            below = units[index].strip("[]() ").lower() if index < len(units) else ""
+            unit = SI.get(quantity_of(own), "") if below in MISSING else below
+            said += [f"column {cell} is in {unit}, as the row below its name says"] * (below not in {*MISSING, *SI.values()})
         if name is None:
             left += [cell] if cell else []
             continue
@@ -196,7 +198,7 @@ def _columns(grid, head, first, overrides, repeats=False):
             f"{_example(left)}; where each row is an experiment of its own, one is its "
             f"outcome: {', '.join(OUTCOMES)}; what is measured of none of these cannot be compared"
         )
-    notes = _left_out(grid, head, left, found)
+    notes = [*_left_out(grid, head, left, found), *(Assumption(f"{grid.name}: {text}") for text in said)]
     for name, place in found.items():
         cell = grid.cells[head][place.index]
         half = "half of " if place.part != 1 else ""

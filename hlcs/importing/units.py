@@ -17,7 +17,7 @@ UNITS = {  # quantity -> unit -> its size in the unit of the project
                "millimeters": 1e-3, "millimetres": 1e-3, "milímetros": 1e-3, "km": 1e3, "in": 0.0254, "inch": 0.0254,
                "inches": 0.0254, "ft": 0.3048, "feet": 0.3048, "yd": 0.9144, "yds": 0.9144, "yard": 0.9144, "yards": 0.9144},
     "speed": {"m/s": 1.0, "cm/s": 0.01, "mm/s": 1e-3, "km/h": 1 / 3.6, "ft/s": 0.3048, "mph": 0.44704},
-    "acceleration": {"m/s2": 1.0, "m/s^2": 1.0, "m/s²": 1.0},
+    "acceleration": {"m/s2": 1.0, "m/s^2": 1.0, "m/s²": 1.0, "g": 9.80665},
     "mass": {"kg": 1.0, "g": 1e-3},
     "angle": {"deg": 1.0, "°": 1.0, "degrees": 1.0, "rad": 180.0 / math.pi},  # columns of tables have angle_deg
     "rate of turn": {"rad/s": 1.0, "deg/s": math.pi / 180.0, "°/s": math.pi / 180.0, "rpm": math.pi / 30.0},

@@ -140,8 +140,8 @@ def test_a_zip_and_its_folder_are_read_without_their_metadata(imported, tmp_path
         ({"d.csv": '"Time (s)","Acceleration x (m/s^2)"\n1,00,1,1\n2,00,3,3\n'}, ["d.csv, row 2: 4 cells below 2 names"]),
         ({"d.csv": '"Time (s)","Acceleration x (m/s^2)","Time (s)","Acceleration x (m/s^2)"\n0,1,0,2\n'},
          ["d.csv, row 1: column 'Time (s)' stands twice; give each recording a file of its own"]),
-        ({"d.csv": '"Time (s)","Acceleration x (g)"\n0,1\n'},
-         ["column Acceleration x (g): 'g' is not known as a unit of acceleration"]),
+        ({"d.csv": '"Time (s)","Acceleration x (kn/h)"\n0,1\n'},
+         ["column Acceleration x (kn/h): 'kn/h' is not known as a unit of acceleration"]),
     ],
 )  # fmt: skip
 def test_what_is_no_export_of_phyphox_is_refused(refused, files, words):

@@ -520,3 +520,14 @@ def test_times_of_a_quick_clock_that_were_rounded_make_no_table_of_falls(refused
 def test_a_speed_is_not_offered_as_a_height(refused):
     told = refused("t (s),vz (m/s)\n0.0,0.0\n0.1,-1.0\n0.2,-2.0\n", "csv", "none is known as a position")
     assert "vz (m/s)=z_m" not in told
+
+
+def test_the_row_below_the_names_of_this_project_says_their_units(imported):
+    found, tables = imported("t_s,z_m\nms,mm\n0,1000\n100,950\n200,800\n", "csv")
+    assert tables["drop.csv"] == {"t_s": ["0.0", "0.1", "0.2"], "z_m": ["1.0", "0.95", "0.8"]}
+    assert sum("as the row below its name says" in str(each) for each in found.assumptions) == 2
+
+
+def test_accelerations_may_be_in_multiples_of_g(imported):
+    _, tables = imported("t (s),ax_m_s2,az_m_s2\ns,g,g\n0,0,1\n0.1,0,1.1\n0.2,0,1\n", "csv")
+    assert [float(each) for each in tables["drop.csv"]["az_m_s2"]] == pytest.approx([9.80665, 10.787315, 9.80665])
