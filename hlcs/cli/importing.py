@@ -21,7 +21,7 @@ class Pair(click.ParamType):
             return value
         name, _, right = (part.strip() for part in value.rpartition("="))
         try:
-            if name and right:
+            if name and (right or not self.number):
                 return name, float(right) if self.number else right
         except ValueError:
             pass
@@ -41,7 +41,11 @@ class Pair(click.ParamType):
 @click.option("--frame-rate", type=float, metavar="PER_SECOND", help="times are frame numbers over this")
 @click.option("--rotation-order", type=click.Choice(ORDERS), help="of Euler angles, about the axes of the turned body")
 @click.option(
-    "--column", type=Pair('"Höhe [cm]=z_m"'), multiple=True, metavar="NAME=COLUMN", help="what a column is; may be repeated"
+    "--column",
+    type=Pair('"Höhe [cm]=z_m"'),
+    multiple=True,
+    metavar="NAME=COLUMN",
+    help="what a column is, NAME= to leave it out; may be repeated",
 )
 @click.option("--only", multiple=True, metavar="NAME", help="a point mass, rigid body or marker to take; may be repeated")
 @click.option(

@@ -114,9 +114,9 @@ def import_measurements(files, format, out, static=None, **overrides):
     files: one path or several, all of one format; format: "tracker", "phyphox", "optitrack" or "csv"; out: the folder to write,
     new or an earlier import as it was written; static: an export of the same format of the body at rest, from which the noise
     is taken. overrides say what the files do not: up ("x", "-x", "y", "-y", "z", "-z", "none"), length_unit, time_unit,
-    frame_rate [1/s], rotation_order ("XYZ" .. of Euler angles), column ({name in the file: name in the project}), only (names
-    of bodies), constant ({column: value}), release_time [s]. Everything is written in SI, z up, quaternions scalar first.
-    Raises InputError with file, row and what was expected where a file is not of the format.
+    frame_rate [1/s], rotation_order ("XYZ" .. of Euler angles), column ({name in the file: name in the project, "" to leave it
+    out}), only (names of bodies), constant ({column: value}), release_time [s]. Everything is written in SI, z up,
+    quaternions scalar first. Raises InputError with file, row and what was expected where a file is not of the format.
     """
     paths = [files] if isinstance(files, str | Path) else list(files)
     if format not in FORMATS:
@@ -182,9 +182,9 @@ def checked_overrides(format, given):
     if said.release_time is not None and not is_number(said.release_time):
         raise InputError(f"--release-time {shown_value(said.release_time)}: must be a time in s")
     columns = (*IN_RECORDINGS, *IN_TABLES)
-    for name, allowed in ((name, columns) for name in said.column.values()):
-        if name not in allowed:
-            raise InputError(f"--column ..={shown(name)}: no column of this project; {known_one(name, allowed, NEAREST)}")
+    for name in filter(None, said.column.values()):  # "" leaves a column out
+        if name not in columns:
+            raise InputError(f"--column ..={shown(name)}: no column of this project; {known_one(name, columns, NEAREST)}")
     inputs = [name for name in IN_TABLES if name not in (*OUTCOMES, "group", "bounce")]
     for name, value in said.constant.items():
         if name not in inputs:

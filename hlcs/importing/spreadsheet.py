@@ -43,6 +43,7 @@ def read(path, overrides):
     """The Found of one file: one recording, or the rows of a table. Raises InputError with file, row, and what was expected."""
     grid = without_short_names(grid_of(source_of(path)))
     head = _header(grid, overrides)
+    grid, overrides = _without_columns(grid, head, overrides)
     grid.as_many_cells_as_names(head)
     grid = without_computed(grid, head)
     runs = runs_of(grid, head, overrides)
@@ -52,6 +53,17 @@ def read(path, overrides):
         raise InputError(f"{grid.place(head)}: outcomes of several runs beside one another; write a row each, below one another")
     told = dict.fromkeys([*nameless, *(note for run in (first, *others) for note in run.assumptions)])
     return replace(first, recordings=tuple(one for run in (first, *others) for one in run.recordings), assumptions=tuple(told))
+
+
+def _without_columns(grid, head, overrides):
+    """(grid, overrides) without the columns that the user leaves out."""
+    names = [cell for cell, name in overrides.column.items() if not name and cell in grid.cells[head]]
+    if not names:
+        return grid, overrides
+    left = {index for index, cell in enumerate(grid.cells[head]) if cell in names}
+    cells = tuple([cell for index, cell in enumerate(row) if index not in left] for row in grid.cells)
+    said = {cell: name for cell, name in overrides.column.items() if cell not in names}
+    return replace(grid, cells=cells), replace(overrides, column=said)
 
 
 def _read(grid, head, overrides):
@@ -176,7 +188,7 @@ def _columns(grid, head, first, overrides, repeats=False):
             grid.once(head, index)
             raise InputError(
                 f"{grid.place(head)}: both '{shown(grid.cells[head][found[name].index])}' and '{shown(cell)}' would be {name}; "
-                f'state with --column "{shown(cell)}=.." what each is'
+                f'state with --column "{shown(cell)}=.." what each is, or leave one out with "{shown(cell)}="'
             )
         halved = name == "radius_m" and any(part in DIAMETERS for part in word.split())
         found[name] = Column(index, unit, 0.5 if halved else 1.0)
@@ -350,7 +362,8 @@ def _rows(grid, first, columns, overrides):
     outcomes = [name for name in rows if name in OUTCOMES]
     if len(outcomes) > 1:
         raise InputError(
-            f"{grid.place(first - 1)}: {' and '.join(outcomes)} are both outcomes; a table has one: import the other by itself"
+            f"{grid.place(first - 1)}: {' and '.join(outcomes)} are both outcomes; a table has one: leave the other out with "
+            "--column NAME=, and import it by itself"
         )
     lost = np.isnan(rows[outcomes[0]])
     if lost.any():

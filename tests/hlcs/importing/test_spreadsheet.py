@@ -531,3 +531,14 @@ def test_the_row_below_the_names_of_this_project_says_their_units(imported):
 def test_accelerations_may_be_in_multiples_of_g(imported):
     _, tables = imported("t (s),ax_m_s2,az_m_s2\ns,g,g\n0,0,1\n0.1,0,1.1\n0.2,0,1\n", "csv")
     assert [float(each) for each in tables["drop.csv"]["az_m_s2"]] == pytest.approx([9.80665, 10.787315, 9.80665])
+
+
+def test_a_column_is_left_out_where_the_user_says_so(imported, refused):
+    """Of two outcomes one; a temperature that has the letter of the time."""
+    text = "height_m,fall_time_s,rebound_height_m\n1.0,0.452,0.5\n1.5,0.553,0.74\n"
+    refused(text, "csv", "are both outcomes")
+    _, tables = imported(text, "csv", column={"rebound_height_m": ""})
+    assert set(tables["measurements.csv"]) == {"height_m", "fall_time_s"}
+    _, tables = imported("t (s),T (°C),z (m)\n0.0,20,1.0\n0.1,20,0.95\n0.2,20,0.8\n", "csv", column={"T (°C)": ""})
+    assert tables["drop.csv"]["t_s"] == ["0.0", "0.1", "0.2"]
+    refused(text, "csv", "no column 'Höhe'", column={"Höhe": ""})
