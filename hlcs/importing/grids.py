@@ -16,7 +16,11 @@ from hlcs.importing.found import Assumption
 from minibullet.errors import InputError, how_many, shown
 from minibullet.files.reading import no_workbook, read_bytes
 
-SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas"}  # the first of these that stands in a file separates its columns
+SEPARATORS = {
+    "\t": "tabs",
+    ";": "semicolons",
+    ",": "commas",
+}  # that which stands in most of the first lines separates its columns, the first of equals
 MOST_LINE = 200_000  # characters: a thousand markers of a motion capture, three numbers each, would have 60,000
 MOST_BROKEN = 5  # lines that the cells of one row may fill: a quote that is never closed must not swallow the file
 # what programs and people write for a sample that was lost
@@ -203,7 +207,8 @@ def _is_comma(cell):
 
 def _separator(head):
     """What separates the columns of the first lines; commas between digits alone are those of decimals where blanks do."""
-    found = next((sign for sign in SEPARATORS if sign in head), " ")
+    count = {sign: sum(sign in line for line in head.split("\n")) for sign in SEPARATORS}  # a title may hold another one
+    found = max(SEPARATORS, key=count.get) if any(count.values()) else " "
     decimals = found == "," and not re.search(r"(?<!\d),|,(?!\d)", head) and re.search(r"\d +[+-]?\d", head)
     return " " if decimals else found
 

@@ -542,3 +542,11 @@ def test_a_column_is_left_out_where_the_user_says_so(imported, refused):
     _, tables = imported("t (s),T (°C),z (m)\n0.0,20,1.0\n0.1,20,0.95\n0.2,20,0.8\n", "csv", column={"T (°C)": ""})
     assert tables["drop.csv"]["t_s"] == ["0.0", "0.1", "0.2"]
     refused(text, "csv", "no column 'Höhe'", column={"Höhe": ""})
+
+
+@pytest.mark.parametrize("title", ["Drop; third try", "Drop\tthird try", "Fall, 3. Versuch"])
+def test_a_title_does_not_say_what_separates_the_columns(imported, title):
+    for sign in ";,\t":
+        lines = [title, sign.join(["t (s)", "z (m)"]), *(sign.join([str(0.1 * k), str(1 - 0.05 * k)]) for k in range(3))]
+        _, tables = imported("\n".join(lines) + "\n", "csv")
+        assert [float(z) for z in tables["drop.csv"]["z_m"]] == pytest.approx([1.0, 0.95, 0.9])
