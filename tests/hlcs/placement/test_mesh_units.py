@@ -203,7 +203,9 @@ def test_pieces_of_another_mesh_are_refused(tmp_path):
 def test_without_the_extra_a_hollowed_solid_names_it(tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "coacd", None)
     path = write_obj(tmp_path / "shell.obj", *cubipod_shell())
-    with pytest.raises(InputError, match=r"mesh 'shell.obj'.*the extra 'units' is needed: pip install 'hlcs\[units\]'"):
+    with pytest.raises(
+        InputError, match=r"mesh 'shell.obj'.*the extra 'units' is needed: .* python -m pip install -e '.\[units\]'"
+    ):
         MeshUnit.read(path)
 
 

@@ -134,7 +134,7 @@ def test_files_that_are_no_stores_are_refused_and_left_alone(tmp_path):
 
 def test_without_dask_one_line_names_the_extra(plan, tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "distributed", None)
-    with pytest.raises(InputError, match=r"pip install 'hlcs\[sweep\]'"):
+    with pytest.raises(InputError, match=r"the extra 'sweep': python -m pip install -e '.\[sweep\]'"):
         parameter_sweep.run_sweep(plan, tmp_path / "runs.sqlite", dask="tcp://127.0.0.1:1")
 
 
