@@ -19,6 +19,7 @@ UPWARDS = 'z points up, turn its sign; or, where each row is a fall of its own, 
 SLOW_CAMERA = 0.2  # nobody films a fall with fewer pictures: a longer typical step is not in seconds [s]
 SLOW_CLOCK = 1.0  # the same of what moves on a floor, where nothing falls [s]
 SAME = 1e-6  # part of the longest step by which the steps of a copy may differ: its digits were rounded again
+LEANS = 0.2  # angle of a camera to its floor beyond which axes are taken for mixed up [rad]
 ALOFT = 5.0  # times as long as a throw of that height can last
 
 
@@ -228,8 +229,10 @@ def check_floor(trial, path):
     there = np.isfinite(trial.position[:, used]).all(axis=1)
     if around.floor_height is None or radius is None or there.sum() < 4:
         return []
-    lift = trial.position[there][:, used] @ normal[used] - around.floor_height
-    if np.median(lift) < -radius:
+    position = np.nan_to_num(trial.position[there])
+    lift = position @ normal - around.floor_height
+    aside = np.linalg.norm(position - (position @ normal)[:, None] * normal, axis=1)  # by which a camera that leans shifts it
+    if np.median(lift + LEANS * aside) < -radius:
         row = trial.rows[there][np.argmin(lift)]
         raise InputError(
             f"{path}, row {row}: the centre of the body is {-lift.min():.3g} m below its floor, most samples are; "

@@ -29,6 +29,13 @@ def test_a_body_inside_its_floor_is_refused_or_described(tmp_path):
     assert any("positions are of the centre" in note for note in notes)
 
 
+def test_a_camera_that_leans_shows_a_slide_below_its_floor(tmp_path):
+    """By 5 degrees: half a metre away the floor seems 4 cm lower. That is an error to be found, not one to be refused."""
+    rows = "".join(f"{0.02 * k:.2f},{0.02 * k:.4f},{0.03 - 0.09 * 0.02 * k:.4f}\n" for k in range(60))
+    notes = measured(experiment(tmp_path, csv="t_s,x_m,z_m\n" + rows, toml=FLOOR)).notes
+    assert any("check floor.height" in note for note in notes)
+
+
 def test_a_scalar_that_stands_last_is_seen_under_a_box(tmp_path):
     """A box 0.2 x 0.1 x 0.04 lies flat, turned by 45 degrees about z: with the scalar last it would stand on an edge."""
     c, d = np.cos(np.pi / 8), np.sin(np.pi / 8)
