@@ -18,7 +18,8 @@ LIKE = "a pandas frame, a dictionary of arrays or lists, or a structured array"
 def is_frame(thing):
     """Does it hold columns by name?"""
     named = getattr(getattr(thing, "dtype", None), "names", None) is not None
-    return named or callable(getattr(thing, "keys", None)) and getattr(thing, "ndim", 2) == 2  # a Series is a column
+    has_columns = callable(getattr(thing, "keys", None)) and not hasattr(thing, "groups")  # those of a frame are frames
+    return named or has_columns and getattr(thing, "ndim", 2) == 2  # a Series is a column
 
 
 def frames_in(given):
@@ -84,7 +85,8 @@ def _objects(values, place, words):
     words: does it name what belongs together, as a day may?"""
     column = np.asarray(values) if hasattr(values, "dtype") else np.asarray(values, dtype=object)
     if column.dtype.kind == "M" and words:
-        column = np.where(np.isnat(column), "", column.astype(str))
+        whole = np.all(np.isnat(column) | (column == column.astype("datetime64[D]")))
+        column = np.where(np.isnat(column), "", column.astype("datetime64[D]" if whole else "datetime64[s]").astype(str))
     elif column.dtype.kind == "M":
         raise InputError(f"{place}: dates; give the seconds since the first, such as (t - t[0]) / numpy.timedelta64(1, 's')")
     if column.dtype.kind == "m":

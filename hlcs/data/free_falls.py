@@ -65,12 +65,12 @@ def free_times(table, gravity):
 def _check_launch(table, gravity):
     """Refuse angles of throws that go too far through nothing at so many degrees, and not at so many radians."""
     angles, speed = table.inputs["angle_deg"], table.inputs["speed_m_s"]
-    fall = 2 * table.inputs.get("gravity_m_s2", gravity) * table.inputs.get("height_m", 0.0)
+    pull = table.inputs.get("gravity_m_s2", gravity)
 
     def far(angle):
         up = speed * np.sin(angle)
         with np.errstate(all="ignore"):
-            free = speed * np.cos(angle) * (up + np.sqrt(up**2 + fall)) / gravity
+            free = speed * np.cos(angle) * (up + np.sqrt(up**2 + 2 * pull * table.inputs.get("height_m", 0.0))) / pull
             return float(np.nanmedian(table.values / free))
 
     in_degrees, in_radians = far(np.deg2rad(angles)), far(angles)

@@ -19,6 +19,7 @@ UPWARDS = 'z points up, turn its sign; or, where each row is a fall of its own, 
 SLOW_CAMERA = 0.2  # nobody films a fall with fewer pictures: a longer typical step is not in seconds [s]
 SLOW_CLOCK = 1.0  # the same of what moves on a floor, where nothing falls [s]
 SAME = 1e-6  # part of the longest step by which the steps of a copy may differ: its digits were rounded again
+LEAST = 8  # samples of which one parabola tells how far its curvature is off
 LEANS = 0.2  # angle of a camera to its floor beyond which axes are taken for mixed up [rad]
 ALOFT = 5.0  # times as long as a throw of that height can last
 
@@ -40,8 +41,8 @@ def check_units(trial, path):
     duration = trial.times[-1] - trial.times[0]
     floor, gravity = trial.surroundings.floor_height, trial.surroundings.gravity
     vertical = acceleration(trial, 2)
-    if vertical and np.isinf(vertical[1]):  # an impact among few samples makes a fall no faster
-        there = np.isfinite(trial.position[:, 2])
+    there = np.isfinite(trial.position[:, 2])
+    if vertical and np.isinf(vertical[1]) and there.sum() >= LEAST:  # an impact among few samples makes a fall no faster
         vertical = of_a_parabola(trial.times[there], trial.position[there, 2])
     falls = -vertical[0] / gravity if gravity > 1 and vertical else 0.0  # times as fast as freely
     for axis, name in enumerate("xyz"):
@@ -231,7 +232,8 @@ def check_floor(trial, path):
         return []
     position = np.nan_to_num(trial.position[there])
     lift = position @ normal - around.floor_height
-    aside = np.linalg.norm(position - (position @ normal)[:, None] * normal, axis=1)  # by which a camera that leans shifts it
+    way = position - position[0]  # along it a camera that leans shows the floor rise or fall
+    aside = np.linalg.norm(way - (way @ normal)[:, None] * normal, axis=1)
     if np.median(lift + LEANS * aside) < -radius:
         row = trial.rows[there][np.argmin(lift)]
         raise InputError(

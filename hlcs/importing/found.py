@@ -8,6 +8,7 @@ from hlcs.data.recordings import COLUMNS, PIXELS
 from minibullet.errors import InputError, how_many, shown
 
 FEW = 3  # files that are named one by one
+CLOCK = 1e7  # of a time that is read off a clock and counts from no event of the experiment: four months [s]
 TWICE = 2.0  # as fast as between any two samples: no body comes to rest at the origin so
 
 
@@ -115,6 +116,10 @@ def recording(name, grid, lines, columns, time_name, advice="one recording a fil
             f"{grid.name}, row {lines[first]}, column {shown(time_name)}: {times[first]:g} s after {times[back[0]]:g} s: {what}; "
             f"{advice}"
         )
+    notes = []
+    if abs(times[0]) > CLOCK:
+        notes.append(Assumption(f"{grid.name}: times count from the first sample, at {times[0]:.17g} s of a clock"))
+        columns = columns | {"t_s": times - times[0]}
     columns = {key: column for key, column in columns.items() if np.isfinite(column).any()}
     columns, zeros = _without_zeros(columns)
     measured = np.array([np.isfinite(column) for key, column in columns.items() if key != "t_s"]).reshape(-1, len(times))
@@ -122,7 +127,6 @@ def recording(name, grid, lines, columns, time_name, advice="one recording a fil
     if len(seen) < 2:
         raise InputError(f"{grid.name}: {how_many(len(seen), 'sample')} of '{shown(name)}'; a recording needs at least 2")
     kept = slice(seen[0], seen[-1] + 1)
-    notes = []
     if zeros.any():
         told = "1 sample reads" if zeros.sum() == 1 else f"{int(zeros.sum())} samples read"
         notes.append(

@@ -20,7 +20,7 @@ SEPARATORS = {
     "\t": "tabs",
     ";": "semicolons",
     ",": "commas",
-}  # that which stands in most of the first lines separates its columns, the first of equals
+}  # the first of these that stands in half of the first lines separates columns
 MOST_LINE = 200_000  # characters: a thousand markers of a motion capture, three numbers each, would have 60,000
 MOST_BROKEN = 5  # lines that the cells of one row may fill: a quote that is never closed must not swallow the file
 # what programs and people write for a sample that was lost
@@ -207,8 +207,10 @@ def _is_comma(cell):
 
 def _separator(head):
     """What separates the columns of the first lines; commas between digits alone are those of decimals where blanks do."""
-    count = {sign: sum(sign in line for line in head.split("\n")) for sign in SEPARATORS}  # a title may hold another one
-    found = max(SEPARATORS, key=count.get) if any(count.values()) else " "
+    lines = head.split("\n")
+    count = {sign: sum(sign in line for line in lines) for sign in SEPARATORS}  # a title may hold another one
+    found = next((sign for sign in SEPARATORS if 2 * count[sign] >= len(lines)), max(SEPARATORS, key=count.get))
+    found = found if count[found] else " "
     decimals = found == "," and not re.search(r"(?<!\d),|,(?!\d)", head) and re.search(r"\d +[+-]?\d", head)
     return " " if decimals else found
 

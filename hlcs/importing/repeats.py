@@ -27,10 +27,18 @@ COMPUTED = re.compile(
 )
 
 
+# words before rows that are computed of others; not those that are initials or levels, too: SD, media
+OF_ROWS = {"mean", "average", "avg", "median", "mittelwert", "mittel", "durchschnitt", "moyenne", "promedio", "std", "stdev",
+           "st. dev", "standard deviation", "standardabweichung", "std.abw", "écart-type", "écart type"}  # fmt: skip
+
+
 def without_computed(grid, head):
-    """The Grid without rows of means or deviations, which a word says: they are no experiments of their own."""
-    rows = range(head + 1, len(grid.cells))
-    computed = [row for row in rows if any(COMPUTED.fullmatch(cell.lower().strip(" .:")) for cell in grid.cells[row])]
+    """The Grid without rows of means or deviations, whose first word says so: they are no experiments of their own."""
+
+    def first_word(row):
+        return next((cell for cell in grid.cells[row] if cell), "").lower().strip(" .:")
+
+    computed = [row for row in range(head + 1, len(grid.cells)) if first_word(row) in OF_ROWS]
     if not computed:
         return grid
     lines, cells = ([part for row, part in enumerate(each) if row not in computed] for each in (grid.lines, grid.cells))
@@ -53,7 +61,7 @@ def below_one_another(grid, head, units, meaning, overrides):
         return grid, overrides
     first, others = together[0], {*together[1:]}
     word, unit = word_and_unit(names, units_below, first)
-    if other := next((k for k in others if word_and_unit(names, units_below, k)[1] != unit), None):
+    if other := next((k for k in others if _size(word_and_unit(names, units_below, k)[1]) != _size(unit)), None):
         two = f"'{shown(names[first])}' and '{shown(names[other])}'"
         raise InputError(f"{grid.place(head)}: {two} are one outcome in two units; write both in one")
     means = None if names[first] in overrides.column else meaning.get(_stem(word)[0])
@@ -138,6 +146,11 @@ def _stem(word):
 def _without_number(word, unit):
     """What a column of repeats is called without its number: "Trial 1 (s)" -> "time (s)"."""
     return _with_unit(_stem(word)[0] or "time", unit)
+
+
+def _size(unit):
+    """The size of a unit in that of the project, which is meant where none stands."""
+    return next((units[unit] for units in UNITS.values() if unit in units), 1.0 if not unit else unit)
 
 
 def _with_unit(name, unit):

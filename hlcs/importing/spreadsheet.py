@@ -6,6 +6,7 @@ sign (semicolons). The first row with words names the columns; a row below it ma
 experiment a row; else the rows are the samples of one recording.
 """
 
+import re
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -27,8 +28,8 @@ NAME = "spreadsheet"
 USES = ("up", "length_unit", "time_unit", "frame_rate", "column", "constant")
 OFTEN, PART = 3, 0.2  # how many times beside heights, and which part, do not rise where they are of falls: repeats scatter
 DROPS = 40  # rows of a height and a time that may each be a drop of its own
+HALF = re.compile(r"half|halb|demi|medio|½|/ ?2")  # of a diameter that is a radius already
 FIRST_ROWS = 12  # in which the row of names stands
-CLOCK = 1e7  # of a time that is read off a clock and counts from no event of the experiment: four months [s]
 
 
 class Column(NamedTuple):
@@ -44,8 +45,8 @@ def read(path, overrides):
     grid = without_short_names(grid_of(source_of(path)))
     head = _header(grid, overrides)
     grid, overrides = _without_columns(grid, head, overrides)
-    grid.as_many_cells_as_names(head)
     grid = without_computed(grid, head)
+    grid.as_many_cells_as_names(head)
     runs = runs_of(grid, head, overrides)
     nameless = [] if runs[0][0] is grid else _nameless(grid, head, head + 1 + _has_units(grid, head))
     first, *others = [_read(part, head, given) for part, given in runs]
@@ -57,12 +58,13 @@ def read(path, overrides):
 
 def _without_columns(grid, head, overrides):
     """(grid, overrides) without the columns that the user leaves out."""
-    names = [cell for cell, name in overrides.column.items() if not name and cell in grid.cells[head]]
-    if not names:
+    names = {cell for cell, name in overrides.column.items() if not name}
+    left = {index for index, cell in enumerate(grid.cells[head]) if names & {cell, bare(cell)}}
+    if not left:
         return grid, overrides
-    left = {index for index, cell in enumerate(grid.cells[head]) if cell in names}
     cells = tuple([cell for index, cell in enumerate(row) if index not in left] for row in grid.cells)
-    said = {cell: name for cell, name in overrides.column.items() if cell not in names}
+    there = {name for index in left for name in (grid.cells[head][index], bare(grid.cells[head][index]))}
+    said = {cell: name for cell, name in overrides.column.items() if name or cell not in there}
     return replace(grid, cells=cells), replace(overrides, column=said)
 
 
@@ -190,11 +192,10 @@ def _columns(grid, head, first, overrides, repeats=False):
                 f"{grid.place(head)}: both '{shown(grid.cells[head][found[name].index])}' and '{shown(cell)}' would be {name}; "
                 f'state with --column "{shown(cell)}=.." what each is, or leave one out with "{shown(cell)}="'
             )
-        halved = name == "radius_m" and any(part in DIAMETERS for part in word.split())
+        halved = name == "radius_m" and any(part in DIAMETERS for part in word.split()) and not HALF.search(word)
         found[name] = Column(index, unit, 0.5 if halved else 1.0)
     if "t_s" in found and not {*found} & {*COLUMNS[1:3], *COLUMNS[4:], *PIXELS, *ACCELERATIONS}:  # samples: one after another
-        back = np.diff(grid.column(first, found["t_s"].index, "t_s")) < 0  # equal ones are rounded, of a quick clock
-        repeats |= bool(back.any()) if "z_m" not in found else back.sum() >= OFTEN and back.mean() > PART
+        repeats |= _rows_repeat(grid, first, found)
     if beside := _time_beside(found, overrides, repeats):
         found[beside] = found.pop("t_s")
     if "bounce" in found and "z_m" in found and not {*found} & {*OUTCOMES, "t_s", "frame"}:
@@ -222,6 +223,16 @@ def _columns(grid, head, first, overrides, repeats=False):
         told = f'its rows are samples of one motion; where each is a drop of its own, state "{cell}=fall_time_s"'
         notes.append(Assumption(f"{grid.name}: {told}", "--column"))
     return found, left, notes
+
+
+def _rows_repeat(grid, first, found):
+    """Do times not rise from row to row, so that rows are no samples? Beside heights some may not, of samples out of order; equal
+    ones at two heights are rounded times of a quick clock."""
+    steps = np.diff(grid.column(first, found["t_s"].index, "t_s"))
+    if "z_m" not in found:
+        return bool(np.any(steps <= 0))
+    back = (steps < 0) | (steps == 0) & (np.diff(grid.column(first, found["z_m"].index, "z_m")) == 0)
+    return bool(back.sum() >= OFTEN and back.mean() > PART)
 
 
 def _example(left):
@@ -315,11 +326,7 @@ def _vectors(grid, first, axes, columns, overrides):
 
 def _times(grid, first, columns, left, overrides):
     if "t_s" in columns and overrides.frame_rate is None:
-        times, told = _si(grid, first, "t_s", columns["t_s"], overrides)
-        if len(times) and abs(times[0]) > CLOCK:
-            told = [*told, Assumption(f"{grid.name}: times count from the first sample, at {times[0]:.17g} s of a clock")]
-            times = times - times[0]
-        return times, told
+        return _si(grid, first, "t_s", columns["t_s"], overrides)
     if "frame" not in columns:
         needed = "a column 'frame', which --frame-rate needs" if overrides.frame_rate else "a column of times, such as Zeit [s]"
         raise InputError(f"{grid.place(first - 1)}: {needed}, is missing; there are {', '.join(columns)}{_what_left_is(left)}")

@@ -30,6 +30,7 @@ from minibullet.files.reading import read_bytes
 from minibullet.values import table as html_table
 
 MADE = "# Written by hlcs from "  # how a file begins that may be written again while its mark fits
+COMMENTS_STAY = "; comments stay there"  # in that line, where they could not be kept
 IN_PYTHON = "frames"  # what messages call an experiment that stands in no file
 
 
@@ -195,6 +196,8 @@ class Experiment:
             return Path(os.path.relpath(self.file.path.parent / name, path.parent)).as_posix()
 
         text = self._text(name_of)
+        if COMMENTS_STAY in text.partition("\n")[0]:
+            check_target(path, None)
         if self.effects_text:
             found[self.effects_file] = self.effects_text.encode()
         for place in (path.parent / name for name in found):
@@ -237,7 +240,7 @@ class Experiment:
         if kept:
             return _marked(self.file.path.name, kept)
         ordered = {section: document[section] for section in SECTIONS[""] if section in document}
-        whence = "frames in Python" if self.file.source.tables else f"{self.file.path.name}; comments stay there"
+        whence = "frames in Python" if self.file.source.tables else f"{self.file.path.name}{COMMENTS_STAY}"
         return _marked(whence, folders.to_toml(ordered, inline=True))
 
     def _kept_text(self, document):
@@ -263,14 +266,15 @@ class Experiment:
 
 def check_target(path, source):
     """InputError where no experiment file can be written, see `hlcs.files.folders.check_file`, or where what somebody changed in
-    one would be lost; source: the file that it is made from, whose own changes it keeps."""
+    one would be lost; source: the file that it is made from, whose own changes it keeps, None where it keeps none."""
     folders.check_file(path, MADE, "an experiment file")
     path = folders.path_of(path)
-    if not path.exists() or os.path.realpath(path) == os.path.realpath(source):
+    if not path.exists() or source is not None and os.path.realpath(path) == os.path.realpath(source):
         return
     first, _, rest = read_bytes(path, str(path), MOST_BYTES, "give another name").partition(b"\n")
     if first and not first.endswith(_mark(rest).encode()):
-        raise InputError(f"'{path}' is not as this program wrote it: what was changed in it would be lost; give another name")
+        told = "is not as this program wrote it" if b"(mark " in first else "is of an earlier version, or not as it was written"
+        raise InputError(f"'{path}' {told}: what was changed in it would be lost; give another name")
 
 
 def _marked(whence, text):

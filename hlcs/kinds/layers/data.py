@@ -120,8 +120,8 @@ def odd_notes(sets):
             notes.append(f"{each.name}: cv up to {largest:g} between tests; it is a fraction, not per cent: 0.02 for 2 %")
         if each.layers > 1 and np.all(np.diff(each.sample.mean) > EACH * each.sample.mean[0]):
             notes.append(f"{each.name}: means grow as heights do; a coefficient is the thickness of one layer alone")
-        own = GRIDS.get(each.grid.name.upper())
-        if own and each.grid != own:
+        own = GRIDS.get(each.grid.name.split()[0].upper())
+        if own and (each.grid.spacing_x, each.grid.spacing_y) != (own.spacing_x, own.spacing_y):
             here, there = (f"{grid.spacing_x:g} x {grid.spacing_y:g} Dn" for grid in (each.grid, own))
             notes.append(f"{each.name}: spacings of {here}, where the paper's are {there}: spacing_x is along a row")
     return notes

@@ -130,6 +130,9 @@ def test_launches_in_radians_are_refused_and_steep_slopes_are_questioned():
             shots | {"angle_deg": np.rad2deg(angles)}, kind="outcomes", body=ball, noise={"outcome": 0.01}
         )
     )
+    moon = {"speed_m_s": 5.0, "angle_deg": [1.0, 1.2, 1.4], "gravity_m_s2": 1.62}
+    moon["range_m"] = 25 * np.sin(2 * np.deg2rad(moon["angle_deg"])) / 1.62
+    hlcs.compare(hlcs.Experiment.from_frames(moon, kind="outcomes", body=ball, noise={"outcome": 0.01}))
     slides = {"slope": [5.0, 7.0, 9.0], "distance_m": 1.0, "slide_time_s": [3.0, 2.0, 1.6]}
     with pytest.warns(hlcs.InputWarning, match="column slope: 5 is hardly meant"):
         hlcs.compare(hlcs.Experiment.from_frames(slides, kind="outcomes", body=ball, noise={"outcome": 0.01}))

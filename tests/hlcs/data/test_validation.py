@@ -155,3 +155,21 @@ def test_times_of_a_cart_that_are_not_seconds_are_questioned(step, words):
     cart, ball = {"t_s": times, "x_m": 0.5 * np.arange(20) / 60}, {"shape": "sphere"}
     with pytest.warns(InputWarning, match=words):
         hlcs.compare(hlcs.Experiment.from_frames(cart, body=ball, measurement={"planar": True}, noise={"position": 0.01}))
+
+
+def test_few_samples_of_a_body_at_rest_on_its_floor_are_no_fall(tmp_path, generator):
+    """Five readings a 240th of a second apart, off by 3 mm: a parabola through them bends by a hundred m/s2."""
+    ball = {"shape": "sphere", "radius": 0.03, "mass": 0.05}
+    for _ in range(100):
+        rest = {"t_s": np.arange(5) / 240, "z_m": 0.03 + 0.003 * generator.standard_normal(5)}
+        floor = {"floor": {"height": 0.0}}
+        measured(
+            hlcs.Experiment.from_frames(rest, body=ball, surroundings=floor, noise={"position": 0.003})
+            .save(tmp_path / "e.toml")
+            .file.path
+        )
+
+
+def test_a_floor_is_checked_wherever_the_zero_of_the_positions_lies(tmp_path):
+    rows = "".join(f"{0.02 * k:.2f},{6 + 0.02 * k:.4f},-0.9700\n" for k in range(40))
+    refused(experiment(tmp_path, csv="t_s,x_m,z_m\n" + rows, toml=FLOOR), "below its floor")

@@ -117,3 +117,27 @@ def test_times_of_bounces_are_known_wherever_their_number_stands(imported, name)
     _, tables = imported(f"{head}\n80,.403,1.05\n100,.452,1.17\n120,.495,1.28\n150,.553,1.44\n", "csv")
     (table,) = tables.values()
     assert table["bounce"] == ["1.0", "2.0"] * 4 and table["bounce_time_s"][:2] == ["0.403", "1.05"]
+
+
+@pytest.mark.parametrize("word", ["SD", "media", "Error"])
+def test_initials_and_levels_are_no_rows_of_means(imported, word):
+    _, tables = imported(f"height_m,fall_time_s,student\n0.5,0.32,{word}\n0.5,0.33,B\n1.0,0.45,{word}\n", "csv")
+    assert len(tables["measurements.csv"]["height_m"]) == 3
+
+
+def test_units_of_two_names_are_one_unit(imported):
+    text = "t1 (s),t2 (sec),drop height (m)\n0.45,0.46,1.0\n0.55,0.56,1.5\n"
+    _, tables = imported(text, "csv", column={"t1 (s)": "fall_time_s", "t2 (sec)": "fall_time_s"})
+    assert len(tables["measurements.csv"]["fall_time_s"]) == 4
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "distance (m),time (s)\n0.2,0.41\n0.2,0.41\n0.4,0.58\n0.4,0.60\n0.6,0.71\n0.6,0.71\n",
+        "height (m),time (s)\n0.5,0.32\n0.5,0.32\n0.5,0.32\n1.0,0.45\n1.0,0.45\n1.0,0.46\n1.5,0.55\n1.5,0.55\n",
+    ],
+)
+def test_times_that_are_read_twice_are_those_of_experiments(imported, text):
+    found, _ = imported(text, "csv")
+    assert found.kind == "outcomes"

@@ -491,6 +491,9 @@ def test_a_diameter_that_is_called_a_radius_is_halved_and_that_is_told(imported)
     found, tables = imported(text, "csv", column={"Durchmesser der Kugel [mm]": "radius_m"})
     assert [float(radius) for radius in tables["measurements.csv"]["radius_m"]] == [0.02, 0.02, 0.03]
     assert any("half of column 'Durchmesser der Kugel [mm]' is radius_m" in str(each) for each in found.assumptions)
+    text = text.replace("Durchmesser der Kugel", "halber Durchmesser")
+    _, tables = imported(text, "csv", column={"halber Durchmesser [mm]": "radius_m"})
+    assert float(tables["measurements.csv"]["radius_m"][0]) == 0.04
 
 
 def test_densities_and_viscosities_have_units(imported):
@@ -542,6 +545,9 @@ def test_a_column_is_left_out_where_the_user_says_so(imported, refused):
     _, tables = imported("t (s),T (°C),z (m)\n0.0,20,1.0\n0.1,20,0.95\n0.2,20,0.8\n", "csv", column={"T (°C)": ""})
     assert tables["drop.csv"]["t_s"] == ["0.0", "0.1", "0.2"]
     refused(text, "csv", "no column 'Höhe'", column={"Höhe": ""})
+    runs = "Latest: Time (s),Latest: T (C),Latest: Height (m)\n0.0,20,1.0\n0.1,20,0.95\n0.2,20,0.8\n"
+    _, tables = imported(runs, "csv", column={"T (C)": ""})
+    assert next(iter(tables.values()))["t_s"] == ["0.0", "0.1", "0.2"]
 
 
 @pytest.mark.parametrize("title", ["Drop; third try", "Drop\tthird try", "Fall, 3. Versuch"])
@@ -550,3 +556,12 @@ def test_a_title_does_not_say_what_separates_the_columns(imported, title):
         lines = [title, sign.join(["t (s)", "z (m)"]), *(sign.join([str(0.1 * k), str(1 - 0.05 * k)]) for k in range(3))]
         _, tables = imported("\n".join(lines) + "\n", "csv")
         assert [float(z) for z in tables["drop.csv"]["z_m"]] == pytest.approx([1.0, 0.95, 0.9])
+    for sign in ";\t":
+        rows = [
+            "Kugel, Holz",
+            title,
+            sign.join(["Zeit [s]", "Höhe, gemessen [m]"]),
+            *(f"0,0{k}{sign}1,{50 - k}" for k in range(3)),
+        ]
+        _, tables = imported("\n".join(rows) + "\n", "csv", column={"Höhe, gemessen [m]": "z_m"})
+        assert [float(z) for z in tables["drop.csv"]["z_m"]] == pytest.approx([1.5, 1.49, 1.48])

@@ -136,3 +136,9 @@ def test_a_mass_with_times_of_its_own_keeps_them(imported):
 )
 def test_what_is_no_export_of_tracker_is_refused_with_its_row(refused, text, words):
     refused(text, "tracker", *words)
+
+
+def test_times_of_a_clock_count_from_the_first_sample(imported):
+    rows = "".join(f"{1717243200 + k / 60:.6f}\t0.1\t{1 - 0.01 * k}\n" for k in range(4))
+    _, tables = imported({"drop.txt": ",A,,\n".replace(",", "\t") + "t\tx\ty\n" + rows}, "tracker")
+    assert [float(t) for t in tables["drop.csv"]["t_s"]] == pytest.approx([k / 60 for k in range(4)], abs=2e-6)

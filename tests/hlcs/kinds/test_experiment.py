@@ -159,6 +159,12 @@ def test_changes_in_a_file_that_was_written_are_not_lost(tmp_path):
         experiment.save(tmp_path / "mended.toml")
     hlcs.Experiment.read(tmp_path / "mended.toml").with_effects([DRAG]).save(tmp_path / "mended.toml")
     assert "# weighed on Friday" in (tmp_path / "mended.toml").read_text()
+    mine = (
+        (tmp_path / "mended.toml").read_text().replace("[model]", "model.effects = []  # mine\n[notes]").replace("[notes]", "", 1)
+    )
+    (tmp_path / "old.toml").write_text("# Written by hlcs from throws.toml\n" + mine.partition("\n")[2])
+    with pytest.raises(hlcs.InputError, match="old.toml' is of an earlier version, or not as it was written"):
+        experiment.save(tmp_path / "old.toml")
 
 
 def test_an_effect_that_was_added_must_stand_in_the_model(tmp_path):

@@ -82,4 +82,8 @@ def test_what_is_hardly_meant_in_a_table_of_layers_is_told(tmp_path):
     rows = ["TPG,1.27,1.58,0,1,1.294,0.3,5,lab", "TPG,1.27,1.58,0,2,2.370,0.4,5,lab", "RPG,,,0,1,1.29,0.01,5,lab"]
     (tmp_path / "layers.csv").write_text("\n".join([HEADER, *rows]) + "\n")
     scatter, heights, spacings = odd_notes(read_layer_sets(tmp_path / "layers.csv"))
+    (tmp_path / "layers.csv").write_text(
+        "\n".join([HEADER, "TPG,1.27,1.58,0,1,1.294,0.01,5,lab", "TPG,,,0.05,1,1.3,0.01,5,lab"]) + "\n"
+    )
+    assert "1.27 x 1.58 Dn" in odd_notes(read_layer_sets(tmp_path / "layers.csv"))[0]
     assert "cv up to 0.4" in scatter and "one layer alone" in heights and "1.27 x 1.58 Dn" in spacings

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import hlcs
+from hlcs.data.recordings import read_recordings
 from hlcs.kinds.protocol import Options
 from hlcs.kinds.trajectories.preparation import prepare
 from hlcs.selection.eligibility import candidates_for
@@ -349,3 +350,19 @@ def test_the_picture_shows_the_channel_that_the_model_misses_most():
     sections = {"surroundings": {"fluid_density": DENSITY}, "diagnose": {"candidates": ["quadratic_drag"]}}
     found = hlcs.diagnose(experiment([fall(DRAG, k) for k in (0, 1)], CUBE, start=DROPPED, **sections))
     assert any(ax.get_ylabel() == "az [m/s2]" for ax in np.ravel(found.plot())[0].figure.axes)
+
+
+def test_a_ball_that_rolls_turns_its_accelerometer_and_is_not_refused():
+    """From rest, ever faster: gravity goes round the axes of the body three times in all."""
+    turned = 6 * np.pi * np.linspace(0.0, 1.0, 100) ** 2
+    readings = frame(np.arange(100) / RATE, G * np.column_stack([0 * turned, np.sin(turned), np.cos(turned)]), 4)
+    ball = {"shape": "sphere", "radius": 0.05, "mass": 0.2}
+    rolled = hlcs.Experiment.from_frames(
+        [readings],
+        body=ball,
+        surroundings={"floor": {"height": 0.0}},
+        noise={"acceleration": SIGMA},
+        measurement={"accelerometer": "body"},
+        trials=[{"start": LYING}],
+    )
+    assert len(read_recordings(rolled.file).trials) == 1
