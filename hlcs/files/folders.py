@@ -177,9 +177,9 @@ def _add(place, found):
         if not _as_written(place / name, listed.get(name, ())):
             raise InputError(f"folder '{place}' holds '{name}', which is not as this program wrote it; give another one")
         old[name] = (place / name).read_bytes()
-        listed[name] = {_mark(old[name])}
+        listed[name] = {mark(old[name])}
     for name, content in found.items():  # old and new: a run killed between two renames must know its own again
-        listed[name] = listed.get(name, set()) | {_mark(content)}
+        listed[name] = listed.get(name, set()) | {mark(content)}
     try:
         stage.mkdir()
         for name, content in old.items():
@@ -230,10 +230,10 @@ def _refuse_foreign(target):
 def _list_contents(folder):
     """Write the list of a folder's files, with their marks."""
     paths = (path for path in folder.rglob("*") if path.is_file())
-    write_text(folder / CONTENTS, _list_text({path.relative_to(folder).as_posix(): {_mark(path.read_bytes())} for path in paths}))
+    write_text(folder / CONTENTS, _list_text({path.relative_to(folder).as_posix(): {mark(path.read_bytes())} for path in paths}))
 
 
-def _mark(content):
+def mark(content):
     """Size and hash of a file: what tells whether it is still as it was written."""
     return len(content), hashlib.sha256(content).hexdigest()
 
@@ -261,7 +261,7 @@ def _listed(folder):
 def _as_written(path, marks):
     """Whether a file is one whose mark was listed."""
     found = path.lstat()
-    return stat.S_ISREG(found.st_mode) and any(size == found.st_size for size, _ in marks) and _mark(path.read_bytes()) in marks
+    return stat.S_ISREG(found.st_mode) and any(size == found.st_size for size, _ in marks) and mark(path.read_bytes()) in marks
 
 
 def _foreign(folder):

@@ -16,11 +16,8 @@ from hlcs.importing.found import Assumption
 from minibullet.errors import InputError, how_many, shown
 from minibullet.files.reading import no_workbook, read_bytes
 
-SEPARATORS = {
-    "\t": "tabs",
-    ";": "semicolons",
-    ",": "commas",
-}  # the first of these that stands in half of the first lines separates columns
+# the first of these that stands in half of the first lines separates columns
+SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas"}
 MOST_LINE = 200_000  # characters: a thousand markers of a motion capture, three numbers each, would have 60,000
 MOST_BROKEN = 5  # lines that the cells of one row may fill: a quote that is never closed must not swallow the file
 # what programs and people write for a sample that was lost

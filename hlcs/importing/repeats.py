@@ -27,9 +27,8 @@ COMPUTED = re.compile(
 )
 
 
-# words before rows that are computed of others; not those that are initials or levels, too: SD, media
-OF_ROWS = {"mean", "average", "avg", "median", "mittelwert", "mittel", "durchschnitt", "moyenne", "promedio", "std", "stdev",
-           "st. dev", "standard deviation", "standardabweichung", "std.abw", "écart-type", "écart type"}  # fmt: skip
+# those of them that before a row may be initials, a level or a remark
+NOT_OF_ROWS = {"sd", "media", "error", "fehler", "uncertainty", "unsicherheit", "incertitude"}
 
 
 def without_computed(grid, head):
@@ -38,7 +37,8 @@ def without_computed(grid, head):
     def first_word(row):
         return next((cell for cell in grid.cells[row] if cell), "").lower().strip(" .:")
 
-    computed = [row for row in range(head + 1, len(grid.cells)) if first_word(row) in OF_ROWS]
+    words = {row: first_word(row) for row in range(head + 1, len(grid.cells))}
+    computed = [row for row, word in words.items() if COMPUTED.fullmatch(word) and word not in NOT_OF_ROWS]
     if not computed:
         return grid
     lines, cells = ([part for row, part in enumerate(each) if row not in computed] for each in (grid.lines, grid.cells))
@@ -132,7 +132,12 @@ def _numbered(grid, head, units, meaning, overrides):
 def word_and_unit(names, units, k):
     """(name, unit) of a column; units: those of the row below the names, [] where there is none."""
     word, unit = split_unit(names[k])
-    return word, unit or (units[k].strip("[]() ").lower() if k < len(units) else "")
+    return word, unit or unit_below(units, k)
+
+
+def unit_below(units, k):
+    """What the row below the names says of a column; "" where there is none."""
+    return units[k].strip("[]() ").lower() if k < len(units) else ""
 
 
 def _stem(word):

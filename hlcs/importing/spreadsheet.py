@@ -19,7 +19,7 @@ from hlcs.importing.axes import turned
 from hlcs.importing.column_names import DIAMETERS, IN_RECORDINGS, IN_TABLES, MEANING, TIMED, meaning, misspelt
 from hlcs.importing.found import FEW, Assumption, Found, recording
 from hlcs.importing.grids import MISSING, grid_of, is_number, source_of
-from hlcs.importing.repeats import COMPUTED, below_one_another, without_computed, word_and_unit
+from hlcs.importing.repeats import COMPUTED, below_one_another, unit_below, without_computed, word_and_unit
 from hlcs.importing.runs import bare, runs_of, without_short_names
 from hlcs.importing.units import KNOWN, SI, UNITS, quantity_of, scale, split_unit
 from minibullet.errors import InputError, how_many, shown
@@ -180,7 +180,7 @@ def _columns(grid, head, first, overrides, repeats=False):
         if name in COLUMNS[1:4] and cell not in overrides.column and unit in UNITS["pixels"] and overrides.length_unit is None:
             name = PIXELS[COLUMNS.index(name) - 1]
         if own and cell not in overrides.column:  # its name has its unit, unless the row below says another
-            below = units[index].strip("[]() ").lower() if index < len(units) else ""
+            below = unit_below(units, index)
             unit = SI.get(quantity_of(own), "") if below in MISSING else below
             said += [f"column {cell} is in {unit}, as the row below its name says"] * (below not in {*MISSING, *SI.values()})
         if name is None:

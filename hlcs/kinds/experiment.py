@@ -6,7 +6,6 @@ hlcs.diagnose(e).apply(e).save("drop_2.toml")
 """
 
 import copy
-import hashlib
 import os
 import shlex
 import tomllib
@@ -284,7 +283,7 @@ def _marked(whence, text):
 
 def _mark(content):
     """What tells whether bytes are still as they were written."""
-    return f"(mark {hashlib.sha256(content).hexdigest()[:16]})"
+    return f"(mark {folders.mark(content)[1][:16]})"
 
 
 def _named_files(values):
