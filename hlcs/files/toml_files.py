@@ -30,6 +30,10 @@ ALIKE = 0.75  # likeness of two keys, 0 to 1, from which one is taken for the ot
 REMEDIES = {  # what stands in a line that is no TOML -> what is to be written in its place
     r"=[^\"'#]*(?<![\w.])[+-]?(\.\d|\d+\.(?!\d))": "a number has digits on both sides of its point, 0.1 or 1.0",
     r"=[^\"']*\d,\d+\s*(#|$)": "decimals have a point, 0.5",
+    r"=\s*(?i:yes|no|on|off|true|false)\s*(#|$)": "write true or false, in small letters",
+    r"=\s*[+-]?\d[\d.]*(e[+-]?\d+)?\s*[a-df-zµ%°]": "numbers stand without units: kg, m, s, rad, or as the name of the key says",
+    r"//": "a remark begins with #",
+    r"^[^\"']*\"[^\"]*$": "a text ends with the quote that it begins with",
     r"\\": "between folders write /, also on Windows",
     r"^[\w. -]+:": 'write key = value, and texts between quotes, such as kind = "trajectory"',
     r"=\s*(?!true|false|inf|nan)[^\s\d\"'\[{.+-]": 'texts stand between quotes, such as shape = "sphere"',
