@@ -341,7 +341,8 @@ def candidate(kind, surroundings: Surroundings, body: RigidBody, body_known, own
         if name == DENSITY and fluid:
             low, high = ((1 + sign * FAR * KNOWN) * stated for sign in (-1, 1))  # a lighter fluid contradicts the file as well
         if known.in_fluid and fluid:
-            stated, error = (part * scale for part in known.in_fluid)
+            usual, error = (part * scale for part in known.in_fluid)
+            stated = usual if entry is None else entry[name]  # whoever writes a number into the model knows more of the body
         ends, certain = (known.least, known.most), fluid and stated is not None
         inertia = 2 * body.radius * surroundings.fluid_density * speed  # of the flow: over the viscosity a Reynolds number
         holds_from = inertia / kind.reynolds[1] if name == VISCOSITY else -np.inf

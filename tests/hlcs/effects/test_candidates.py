@@ -129,6 +129,14 @@ def test_what_a_stated_fluid_implies_is_expected_in_a_gas_as_in_a_liquid(density
     assert (lift.expected, moved.expected) == (density, pytest.approx(0.5, rel=1e-12)) and lift.certain and moved.certain
 
 
+def test_a_coefficient_that_the_model_states_is_expected_where_it_stands():
+    """The file has 0.68, that of a cube; 0.5 is that of a ball. Its own number is no evidence against it."""
+    (free,) = candidate(
+        effects.AddedMass, Surroundings(fluid_density=998.0, fluid_stated=True), BALL, True, entry={"coefficient": 0.68}
+    ).free
+    assert free.expected == free.null == 0.68
+
+
 def test_no_fluid_is_as_dense_as_steel_whatever_is_wrong_in_the_file():
     """Stated as glycerine it may be water, or what is twice as heavy as the heaviest that the law knows; steel it is not. What
     no file states is believed by the Cauchy law alone."""
