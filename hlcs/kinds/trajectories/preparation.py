@@ -96,7 +96,7 @@ def rebounds(times, gap, reach):
 
 def starts_seated(trial, noise):
     """Does the body lie on its floor at the start? By the stated position, else by the first six samples' gap within their
-    noise: one that a tracker lost says nothing, but for the first, from where a body may have fallen within a frame."""
+    noise: one that a tracker lost says nothing, nor does a first one from where nothing falls to the floor within a frame."""
     if trial.surroundings.floor_height is None:
         return False
     if trial.seen_from_above:
@@ -113,8 +113,10 @@ def starts_seated(trial, noise):
     first = there[:6]
     lifts = np.array([gap(shape, position, orientation, trial.surroundings) for position in np.nan_to_num(trial.position[first])])
     tolerance = near_floor(noise, trial.surroundings.normal, shape.bounding_radius)
-    there = np.abs(lifts) < tolerance
-    return bool(there[0] and np.sum(~there) <= len(there) // 6)
+    off, within = np.abs(lifts) >= tolerance, np.diff(trial.times[first[:2]]).sum()
+    down = max(-float(trial.surroundings.normal @ np.asarray(trial.start.get("velocity", np.zeros(3)))), 0.0)
+    fell = off[0] and 0 < lifts[0] < tolerance + down * within + trial.surroundings.gravity * within**2 / 2
+    return bool(not fell and np.sum(off) <= len(off) // 6)
 
 
 def rolling_notes(trials, noise):
