@@ -125,8 +125,7 @@ class Search:
 
     def wider(self, overdispersion):
         """Go on as far as sets are of interest where so many residuals count as one; is one of them better than all before?"""
-        best = self.cost(self.ranked()[0])
-        self.overdispersion = overdispersion
+        best, self.overdispersion = self.cost(self.ranked()[0]), overdispersion
         return not self.budget.stopped and self.cost(self.run().ranked()[0]) < best - EQUAL
 
     def reach(self, fit=None):
@@ -150,11 +149,10 @@ class Search:
             if (best := self.ranked()[0]) not in self.models:  # it has changed with what the file implies beside it
                 continue
             limit, explained = self.cost(best) + self.reach(), self.noise_alone(self.fits[best])
-            known = limit, explained, self.costs_of_parts(best)
+            known, contact = (limit, explained, self.costs_of_parts(best)), self.problem.simulator.contact
             promising = [each for each in self.open_proposals() if self.promising(each, *known)]
             promising.sort(key=lambda each: (self.hoped(each, *known), sorted(each.effects)))
             self.budget.left_out, self.budget.full = len(promising), refits >= REFITS
-            contact = self.problem.simulator.contact
             if not promising or pause(best, self.hoped(promising[0], *known) if contact else promising[0].cost):
                 break
             twice = max(promising[0].cost, 0.0) / HELPS  # what is foreseen to leave more comes later, if ever
@@ -175,18 +173,20 @@ class Search:
 
         In flight all, through contacts until one explains the data, and what leaves as little there; none twice that does so.
         """
-        begun = []
+        begun, start = [], self.base.initial_states
         for numbers, states in self.first:
-            certain = [name for name in self.implied if self.compatible(frozenset(numbers) | {name})]
+            certain = [name for name in self.implied if self.compatible({*numbers, name})]
             numbers = {name: self.candidates[name].expected for name in certain} | numbers
-            there = self.base.initial_states if states is None else states
-            begun.append((self.preview.left_from(numbers, there), sorted(numbers), numbers, states))
+            left = self.preview.left_from(numbers, start if states is None else states)
+            begun.append((left, sorted(numbers), numbers, states))
         begun.sort(key=lambda each: each[:2])
         for left, names, numbers, states in begun:
             explained = self.problem.simulator.contact and self.noise_alone(self.fits[self.ranked()[0]])
-            known = self.fits.get(frozenset(names))
+            known = self.fits.get(effects := frozenset(names))
             if not (known and self.excess(known) < 0) and (left < begun[0][0] + REACH or not explained):
-                self.fit_sets([Proposal(np.inf, frozenset(names), numbers, self.base)], states)
+                self.fit_sets([Proposal(np.inf, effects, numbers, self.base)], states)
+            elif there := self.foreseen.get(effects):  # if it is fitted after all, from where it stood before
+                self.foreseen[effects] = there._replace(numbers=numbers)
         self.first = ()
 
     def fit_sets(self, proposals, states=None):

@@ -28,7 +28,7 @@ class FittedSets:
         not as the best one, since a part of them does as well."""
         self.search, self.cross_validation, self.overdispersion, self.alone = search, cross_validation, overdispersion, alone
         self.shown, self.possible, self.outdone = shown, possible, outdone
-        self.judged = {}  # (set, effect) -> HeldOut
+        self.judged = {}  # (Fit without an effect, Fit with it) -> HeldOut
         self.begun = {}  # set -> its Fit from a larger one, begun beside others
 
     def tempered(self):
@@ -144,10 +144,10 @@ class FittedSets:
 
     def held_out(self, effects, name) -> HeldOut:
         """What one effect of a set does beside the others, and with it whatever acts through it alone."""
-        if (effects, name) not in self.judged:
-            fits = self.fit(self.without(effects, name)), self.search.fits[effects]
-            self.judged[effects, name] = held_out(self.search.problem, self.cross_validation, *fits)
-        return self.judged[effects, name]
+        fits = self.fit(self.without(effects, name)), self.search.fits[effects]  # a set may be fitted better meanwhile
+        if fits not in self.judged:
+            self.judged[fits] = held_out(self.search.problem, self.cross_validation, *fits)
+        return self.judged[fits]
 
     def without(self, effects, name):
         """A set without an effect and without what cannot act without it."""

@@ -164,8 +164,7 @@ def best_set(fitted, finished):
     if told[2].adequate:
         return best_shown(sets, fitted, finished)
     if shown := adequate_ones(sets, finished):
-        sets = fitted(1.0, shown=shown)
-        return sets, finished(sets.best)
+        return best_shown(fitted(1.0, shown=shown), partial(fitted, shown=shown), finished)
     sets = fitted(max(told[2].overdispersion, 1.0)).tempered()
     return sets, finished(sets.best)
 

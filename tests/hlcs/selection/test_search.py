@@ -289,13 +289,18 @@ def test_a_first_set_whose_fit_did_not_come_to_its_end_is_begun_from_the_states_
 
 @pytest.mark.parametrize("contact", [False, True])
 def test_of_what_nothing_foresees_all_is_fitted_in_flight_and_through_contacts_until_one_explains_the_data(contact):
-    """A line, and two laws of which the one that bends it a little leaves noise alone too."""
+    """A line, and two laws of which the one that bends it a little leaves noise alone too. A fit of what is left out begins where
+    it was said to, if it is made after all."""
     problem = Bend(TIMES, [3.0 * t for t in TIMES], 0.1)
     problem.bend, problem.simulator.contact = 0.01, contact
     first = [({name: {"rate": rate}}, None) for name, rate in (("linear_drag", 3.0), ("spin_decay", 0.1))]
     search = Search(problem, LAWS.values(), problem.fit(Model()), first=first)
+    for name in LAWS:
+        search.foreseen[frozenset({name})] = Proposal(0.0, frozenset({name}), {name: {"rate": 7.0}}, search.base)
     search.fit_first()
     assert len(search.fits) == 1 + (1 if contact else 2)
+    begin = [search.foreseen[frozenset(numbers)].numbers for numbers, _ in first if frozenset(numbers) not in search.fits]
+    assert begin == [numbers for numbers, _ in first if frozenset(numbers) not in search.fits]
 
 
 def test_a_first_set_that_leaves_noise_alone_is_fitted_from_no_other_start(monkeypatch):

@@ -12,6 +12,7 @@ from scipy import stats
 from hlcs.effects import Free, class_named
 from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.estimation.fitting import fit_at, with_values
+from hlcs.selection.held_out import HeldOut
 from hlcs.selection.search import Search
 from hlcs.selection.sets import FittedSets, interval
 from hlcs.selection.thresholds import TIED
@@ -48,6 +49,18 @@ def test_laws_that_the_data_tell_apart_do_not(generator):
     clear = sets(0.3, generator)
     assert clear.tied == [frozenset({"linear_drag"})] and clear.inclusion["linear_drag"] > 0.99
     assert clear.ordered(clear.best) == ("linear_drag",) and clear.worth(clear.best, "linear_drag") > 1000
+
+
+def test_a_set_that_is_fitted_better_meanwhile_is_judged_anew_on_held_out_data(generator, monkeypatch):
+    """What was fitted to judge another set may take its place among the fits; each fit is judged once."""
+    told, law, judged = sets(0.3, generator), frozenset({"linear_drag"}), []
+    monkeypatch.setattr("hlcs.selection.sets.held_out", lambda problem, validation, *fits: judged.append(fits) or HeldOut())
+    base, stuck = told.search.base, told.search.fits[law]
+    better = replace(stuck)  # a Fit of its own, whatever it holds
+    for fit in (stuck, stuck, better):
+        told.search.fits[law] = fit
+        told.held_out(law, "linear_drag")
+    assert judged == [(base, stuck), (base, better)]
 
 
 def test_what_does_not_hold_out_does_not_stand(generator):
