@@ -32,7 +32,7 @@ REMEDIES = {  # what stands in a line that is no TOML -> what is to be written i
     r"=[^\"']*\d,\d+\s*(#|$)": "decimals have a point, 0.5",
     r"=\s*(?i:yes|no|on|off|true|false)\s*(#|$)": "write true or false, in small letters",
     r"=\s*[+-]?\d[\d.]*(e[+-]?\d+)?\s*[a-df-zµ%°]": "numbers stand without units: kg, m, s, rad, or as the name of the key says",
-    r"//": "a remark begins with #",
+    r"(?<!:)//": "a remark begins with #",
     r"^[^\"']*\"[^\"]*$": "a text ends with the quote that it begins with",
     r"\\": "between folders write /, also on Windows",
     r"^[\w. -]+:": 'write key = value, and texts between quotes, such as kind = "trajectory"',
