@@ -96,7 +96,8 @@ def rebounds(times, gap, reach):
 
 def starts_seated(trial, noise):
     """Does the body lie on its floor at the start? By the stated position, else by the first six samples' gap within their
-    noise: one that a tracker lost says nothing, nor does a first one from where nothing falls to the floor within a frame."""
+    noise: one that a tracker lost says nothing, nor does a first one from where no body that is let go, or has the stated
+    velocity, falls to its floor before the next."""
     if trial.surroundings.floor_height is None:
         return False
     if trial.seen_from_above:
