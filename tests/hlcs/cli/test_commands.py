@@ -12,6 +12,7 @@ import pytest
 
 from hlcs import PlacementTest
 from hlcs.cli import placement_options
+from hlcs.cli.commands import COMMANDS
 from hlcs.kinds.experiment import Experiment
 from minibullet.errors import InputError
 
@@ -48,6 +49,14 @@ def test_every_command_has_help_with_a_real_example(hlcs, command):
     assert status == 0
     assert f"\n    hlcs {' '.join(command)}" in text
     assert "--quiet" in text
+
+
+def test_the_list_of_commands_tells_what_each_says_of_itself_and_loads_none():
+    code = "import sys; from hlcs.cli.commands import run; run(['--help']); print('numpy' in sys.modules)"
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert told.splitlines()[-1] == "False"
+    for name in COMMANDS:
+        assert COMMANDS[name].help.splitlines()[0] in " ".join(told.split())
 
 
 def test_place_prints_the_layers_beside_the_laboratory_and_writes_its_files(hlcs, tmp_path):
