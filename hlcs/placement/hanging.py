@@ -76,8 +76,8 @@ class _Hanger:
 
 def _depth(shape, orientation):
     """How far the lowest point of a solid lies below its centre [m]."""
-    downwards = rotations.matrix(orientation)[2]
-    return -min(float(rotations.dot(piece.vertices, downwards).min()) for piece in shape.pieces)
+    points = np.concatenate([piece.vertices for piece in shape.pieces])
+    return -float(rotations.dot(points, rotations.matrix(orientation)[2]).min())
 
 
 def _turn_free(world, hangers, generator, headings):
