@@ -9,7 +9,15 @@ IN_PLACE = {  # beginning of a name of a key or a column, in lower case -> what 
     "rpm": f"{TURNS}: a turn a minute is 0.1047 rad/s",
     "terminal_speed": "write the time between two marks, passage_time_s, with mark_1_m and mark_2_m, depths below the release",
 }
-OF_COLUMNS = IN_PLACE | dict.fromkeys(("v", "vx", "vy", "vz"), VELOCITIES)  # of a start the file may state a velocity
+NUMBERS = "leave it out: rows need no numbers, and those of a table with equal inputs are repeats"
+SERIES = "in a table write group: what was measured under the same conditions; a recording has its group in the experiment file"
+NUMBERING = dict.fromkeys(
+    ("repeat", "repetition", "replicate", "trial", "run", "test", "no", "nr", "number", "index", "id"), NUMBERS
+)
+NAMING = dict.fromkeys(("series", "session", "day", "date", "person", "student", "team", "observer"), SERIES)
+OF_COLUMNS = (
+    IN_PLACE | NUMBERING | NAMING | dict.fromkeys(("v", "vx", "vy", "vz"), VELOCITIES)
+)  # of a start the file may state a velocity
 
 
 def in_place_of(name, known=IN_PLACE):

@@ -13,11 +13,13 @@ BODY = '[body]\nshape = "sphere"\nradius = 0.02\nmass = 0.01\n'
     [
         (BODY.replace("radius = 0.02", "diameter = 0.04"), "t_s,z_m", "body.diameter: unknown key; write radius, half of it"),
         (BODY, "t_s,v_m_s", "unknown column 'v_m_s'; velocities are not read"),
+        (BODY, "t_s,z_m,trial_no", "unknown column 'trial_no'; leave it out: rows need no numbers"),
+        (BODY, "t_s,z_m,day", "unknown column 'day'; in a table write group"),
         (BODY.replace("mass", "mas"), "t_s,z_m", "body.mas: unknown key; the nearest known key is 'mass'"),
     ],
 )
 def test_of_a_quantity_that_files_do_not_know_is_said_what_to_write(tmp_path, toml, header, told):
-    (tmp_path / "r.csv").write_text(f"{header}\n0.0,1.0\n0.1,0.9\n")
+    (tmp_path / "r.csv").write_text(f"{header}\n0.0,1.0,1\n0.1,0.9,1\n")
     (tmp_path / "e.toml").write_text(f'kind = "trajectory"\n{toml}[[trial]]\nfile = "r.csv"\n')
     with pytest.raises(hlcs.InputError) as refused:
         hlcs.compare(tmp_path / "e.toml")
