@@ -22,22 +22,23 @@ QUANTILE = 1.645  # of the normal distribution: intervals of 90 %
 
 @dataclass(frozen=True, repr=False)
 class Learned(Result):
-    """A law of one variable, of a force or of rebounds, that foretells recordings it was not fitted to."""
+    """A law of one variable, of a force or of rebounds, that foretells data it was not fitted to."""
 
     variable: str
     form: str
     numbers: dict  # name -> {value, low, high, unit}; 90 % intervals
     text: str  # one sentence
     effect_file: str  # the text of a file that `compare` and `diagnose --effects` take; empty where no effect can foretell it
-    held_out: dict  # before, after: error of recordings that the numbers were not fitted to, in the unit of the error
+    held_out: dict  # before, after: error of data that the numbers were not fitted to, in their `unit`
     band: dict  # the `quantity` as a table of the variable: grid, value, low, high (k,); as the law has it, where that is no
     # table: places, law (m,); {} of an oscillation
-    also: tuple[str, ...]  # other variables that foretell the recordings as well
+    also: tuple[str, ...]  # other variables that foretell the data as well
     fit: Any = field(default=None, compare=False)  # of the model with the law in it; None where there is no effect
     beside: tuple[dict, ...] = ()  # entries of the effects that it was learned beside, with their numbers in that fit
     remains: dict = field(default_factory=dict)  # what is left with it, as of records.Finding
     folder: str | None = field(default=None, compare=False)  # in which its file lies, where it was written
     quantity: str = "force / mass [m/s2]"  # what the band shows
+    unit: str = "m"  # of the error
 
     @property
     def file_name(self):

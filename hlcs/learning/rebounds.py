@@ -1,7 +1,7 @@
 """The law by which rebounds depend on the speed of the impact, where none of the known effects is it.
 
-Impacts show it without any engine: restitution against speed of approach. What they show is written as an effect, and fitted to
-the recordings through the simulator.
+Impacts show it without any engine, rows of a table beside the model: restitution against speed of approach. What they show is
+written as an effect, and fitted to the data through the simulator.
 """
 
 from dataclasses import replace
@@ -12,7 +12,7 @@ from scipy import optimize
 
 import minibullet as mb
 from hlcs.data.rigid_body import rigid_body
-from hlcs.data.shown_by_impacts import mean_and_trend, rebounds_among, reliable
+from hlcs.data.shown_by_impacts import mean_and_trend, rebounds_among
 from hlcs.effects import candidate
 from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.learning.learned import QUANTILE, Learned, beside_last, interval, left_with
@@ -28,7 +28,7 @@ FLATTEST, STEEPEST = 0.1, 4.0  # exponents: toward 0 as the library's power; abo
 LAWS = ("restitution", "velocity_dependent_restitution", "learned_restitution")  # in whose place it stands
 GROUPS = 8  # of impacts of like speed, to be drawn
 DRAWN = 60  # places at which the law is told, to be drawn
-SOURCE = '''"""Restitution as a function of the speed of the impact, as learned from recordings. {text}"""
+SOURCE = '''"""Restitution as a function of the speed of the impact, as learned from measurements. {text}"""
 
 from dataclasses import dataclass
 
@@ -54,16 +54,16 @@ class LearnedRestitution(mb.Effect):
 '''
 
 
-def learn_rebounds(problem, fit, best, impacts, polished, hold_out):
-    """The Learned restitution e = e_r + c ((v/v_r)^n - 1) of impacts [Impact] at a speed v [m/s], in place of what a Fit has of
-    it; n = 1 is a straight line. best: Fit of the best known effects; polished: (problem, fit) -> the fit without the error of
-    the step; hold_out: as in the experiment file.
+def learn_rebounds(problem, fit, best, readings, polished, hold_out):
+    """The Learned restitution e = e_r + c ((v/v_r)^n - 1) of impacts at a speed v [m/s], in place of what a Fit has of it; n = 1
+    is a straight line. best: Fit of the best known effects; readings: [(restitution, its error, speed [m/s])] of impacts;
+    polished: (problem, fit) -> the fit without the error of the step; hold_out: as in the experiment file.
 
     None where the impacts show no change with speed, where bodies or floors differ or the file has another law of its own, where
-    the law leaves more than LEAVES of what the best fit leaves beyond noise, or foretells other recordings no better than it.
+    the law leaves more than LEAVES of what the best fit leaves beyond noise, or foretells other data no better than it.
     """
-    readings = [] if problem.segmented or _unlike(problem.trials, fit.model) else reliable(impacts, "restitution")
-    readings, cross_validation = _changing(readings), CrossValidation(problem.trials, hold_out)
+    readings = () if _unlike(problem.trials, fit.model) else _changing(readings)
+    cross_validation = CrossValidation(problem.trials, hold_out)
     if not readings or not cross_validation.possible:
         return None
     values, errors, speeds = readings
@@ -104,7 +104,7 @@ def _told(problem, fit, readings, reference, held_out):
     text = _sentence(numbers, reference, speeds, of_law)
     told = text, _source(text, reference, **own.numbers), held_out, _band(values, errors, speeds, of_law), ()
     left = beside_last(fit), left_with(problem, fit)
-    return Learned("speed", "power", numbers, *told, fit, *left, quantity="restitution [-]")
+    return Learned("speed", "power", numbers, *told, fit, *left, quantity="restitution [-]", unit=problem.unit)
 
 
 def _read(values, errors, speeds, reference):
@@ -125,13 +125,17 @@ def _refitted(problem, fit, numbers, reference):
     simulator."""
     kind = _kind(reference, numbers["change"], numbers["exponent"])
     trial, model = problem.trials[0], fit.model
-    level, own = (
-        candidate(each, trial.surroundings, rigid_body(trial.body), True, own=each is kind) for each in (mb.Restitution, kind)
-    )
+    own = candidate(kind, trial.surroundings, rigid_body(trial.body), True, own=True)
     model = replace(model, terms=tuple(term for term in model.terms if term.name not in LAWS))
-    model = model.with_term(Term(level, ()).at({"coefficient": numbers["restitution"]}))
+    model = with_restitution(model, trial, numbers["restitution"])
     model = model.with_term(Term(own, ()).at({free.name: numbers[free.name] for free in own.free}))
     return problem.fit(model, fit.initial_states)
+
+
+def with_restitution(model, trial, coefficient):
+    """The model with a restitution of its own; trial: whose body and surroundings these are."""
+    level = candidate(mb.Restitution, trial.surroundings, rigid_body(trial.body), True)
+    return model.with_term(Term(level, ()).at({"coefficient": coefficient}))
 
 
 def _kind(reference, change=0.0, exponent=1.0):

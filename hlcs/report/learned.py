@@ -31,8 +31,8 @@ def numbers_of(learned):
     at = {f"value_{k}": f", at {learned.variable} {place:.3g} {unit}" for k, place in enumerate(places, start=1)}
     rows = tuple((name + at.get(name, ""), value(entry), interval(entry)) for name, entry in learned.numbers.items())
     errors = (
-        f"Error of recordings that the numbers were not fitted to: {size(learned.held_out['before'], 'm')} before, "
-        f"{size(learned.held_out['after'], 'm')} with it."
+        f"Error of data that the numbers were not fitted to: {size(learned.held_out['before'], learned.unit)} before, "
+        f"{size(learned.held_out['after'], learned.unit)} with it."
     )
     return (*((Table(("number", "value", "90 % interval"), rows, texts=1),) if rows else ()), errors)
 
@@ -60,7 +60,7 @@ def caption(learned):
     """What the marks of its picture mean."""
     if not learned.band:
         return "How far it moves what is seen, along each axis."
-    return "As the recordings show it, place by place." + " The line is the law." * ("law" in learned.band)
+    return "As the data show it, place by place." + " The line is the law." * ("law" in learned.band)
 
 
 def _table(learned, ax):

@@ -220,7 +220,8 @@ def looks(diagnosis):
         shown = diagnosis.pictures
         told.append(f"What is left: {likeness(shown.after, shown.channels, shown.units, shown.trials)}.")
     if diagnosis.where:
-        told.append(f"It is largest in {place(diagnosis.where[0], diagnosis.error.get('unit', ''))}.")
+        what = "It is" if diagnosis.learned is None else "Without that law what is left is"
+        told.append(f"{what} largest in {place(diagnosis.where[0], diagnosis.error.get('unit', ''))}.")
     return told
 
 

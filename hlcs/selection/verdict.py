@@ -102,15 +102,18 @@ def learned_law(experiment, sets):
     """The Learned law that explains what the best of the FittedSets leaves, or None: it takes HELPS of that, as an effect must.
 
     Effects that do not explain the data may hold a part of what is missing: a law without them stands where it does better than
-    they do, not where it does as well.
+    they do, not where it does as well. It is fitted as what leaves nothing but noise: each residual counts as one.
     """
     search, effects = sets.search, sets.best
+    search.problem.overdispersion, tempered = 1.0, search.problem.overdispersion
     best, bare = search.fits[effects], search.implied if search.implied in search.fits else frozenset()
     try:
         found = experiment.learn(search.problem, best, best)
         alone = experiment.learn(search.problem, search.fits[bare], best) if bare != effects else None
     except KeyboardInterrupt:  # the verdict is known
         return search.budget.stop(search.progress)
+    finally:
+        search.problem.overdispersion = tempered
     found, alone = (law if law and (not law.fit or explained(best, law.fit) >= HELPS) else None for law in (found, alone))
     if not (alone and alone.fit):
         return found

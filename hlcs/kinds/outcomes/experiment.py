@@ -12,11 +12,13 @@ from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.kinds.noise_shown import Shown, noise_shown
 from hlcs.kinds.outcomes.never import other_settings
 from hlcs.kinds.outcomes.problem import fastest_rows, judge_table, posed, prepare_table, table_candidates, where_in_table
+from hlcs.kinds.outcomes.rebounds_read import rebounds_read
 from hlcs.kinds.outcomes.repeats import groups_told, without_misread
 from hlcs.kinds.outcomes.rolling import rolling_told
 from hlcs.kinds.outcomes.row_noise import about_a_curve, between_repeats, to_know_it
 from hlcs.kinds.outcomes.zero_errors import zero_errors_told
 from hlcs.kinds.protocol import Observation, Tabulated, misfit
+from hlcs.learning.rebounds import learn_rebounds
 from hlcs.records import Reason
 from hlcs.rendering import Pictures
 from hlcs.selection.planning import Pilot
@@ -89,6 +91,11 @@ class Outcomes(Tabulated):
         following = BY_REPEATS if repeats else f"repeat rows, and {BY_REPEATS}"
         shown = Shown(key, scatter.sigma, self.unit, scatter.seen, noise, following)
         return noise_shown(problem, fit, shown, judge_table, self.file)
+
+    def learn(self, problem, fit, best):
+        """The Learned law of rebounds that explains what a fit leaves, or None; best: Fit of the best effects."""
+        readings = rebounds_read(problem, self._prepared.base.model)
+        return learn_rebounds(problem, fit, best, readings, self.alone, self.file.hold_out)
 
     @staticmethod
     def moved(problem):

@@ -12,7 +12,7 @@ from hlcs.data.impacts import read_drags, read_impacts
 from hlcs.data.notes import OutOfTime, Stopped
 from hlcs.data.quantities import CHANNEL_UNITS, CHANNELS, have_unit
 from hlcs.data.recordings import read_recordings
-from hlcs.data.shown_by_impacts import differing_from_model, rebounds_shown
+from hlcs.data.shown_by_impacts import differing_from_model, rebounds_shown, reliable
 from hlcs.effects import check_names, class_named
 from hlcs.effects.needs_of_model import check_needs
 from hlcs.estimation.budget import SMOOTH_LIMIT, only, screening_subset
@@ -153,8 +153,9 @@ class Trajectories:
 
     def learn(self, problem, fit, best):
         """The Learned law that explains what a fit leaves, of rebounds or of a force, or None; best: Fit of the best effects."""
-        impacts = self._impacts if problem.simulator.contact else []
-        return learn_rebounds(problem, fit, best, impacts, polished, self.measurement.file.hold_out) or learn(problem, fit)
+        whole = problem.simulator.contact and not problem.segmented
+        readings = reliable(self._impacts, "restitution") if whole else []
+        return learn_rebounds(problem, fit, best, readings, polished, self.measurement.file.hold_out) or learn(problem, fit)
 
     @staticmethod
     def moved(problem):

@@ -14,20 +14,18 @@ FALLEN = np.sqrt(2 * G * np.linspace(0.05, 1.0, 12))  # speeds of impact [m/s]
 
 
 def impacts(restitution, error=0.002):
-    """Impacts at the speeds FALLEN, whose readings stray by half of their errors, up and down in turn."""
+    """Readings of impacts at the speeds FALLEN, which stray by half of their errors, up and down in turn."""
     readings = restitution(FALLEN) + error / 2 * (-1.0) ** np.arange(len(FALLEN))
-    return [
-        SimpleNamespace(restitution=e, restitution_error=error, speed=speed) for e, speed in zip(readings, FALLEN, strict=True)
-    ]
+    return [(e, error, speed) for e, speed in zip(readings, FALLEN, strict=True)]
 
 
-def problem(segmented=False, groups=("a", "b"), bodies=(None, None)):
+def problem(groups=("a", "b"), bodies=(None, None)):
     around = SimpleNamespace(restitution=0.5)
     trials = [
         SimpleNamespace(group=name, name=name, whole=name, body=body, surroundings=around)
         for name, body in zip(groups, bodies, strict=True)
     ]
-    return SimpleNamespace(segmented=segmented, trials=trials, error=lambda white: float(np.concatenate(white).std()))
+    return SimpleNamespace(trials=trials, error=lambda white: float(np.concatenate(white).std()))
 
 
 def a_fit(chi2, fixed=()):
@@ -46,7 +44,6 @@ def a_fit(chi2, fixed=()):
         (impacts(lambda speed: 0.8 + 0 * speed), problem()),
         (impacts(lambda speed: 0.8 - 2e-4 * speed), problem()),  # less than the readings tell
         (impacts(lambda speed: 0.9 - 0.03 * speed)[:7], problem()),
-        (impacts(lambda speed: 0.9 - 0.03 * speed), problem(segmented=True)),
         (impacts(lambda speed: 0.9 - 0.03 * speed), problem(groups=("a", "a"))),
         (impacts(lambda speed: 0.9 - 0.03 * speed), problem(bodies=("rubber", "steel"))),
         ([], problem()),
@@ -118,7 +115,7 @@ def test_a_restitution_that_falls_in_a_straight_line_is_learned_and_compares(tmp
     assert found.verdict == "unexplained" and (law.variable, law.form) == ("speed", "power")
     assert law.numbers["exponent"]["value"] == pytest.approx(1.0, abs=0.1) and "falls with the speed" in str(found)
     np.testing.assert_allclose(law.band["law"], 0.9 - 0.03 * law.band["places"], atol=0.003)
-    assert law.held_out["after"] < 1.1e-3 < 1e-2 < law.held_out["before"]
+    assert law.held_out["after"] < 1.15e-3 < 1e-2 < law.held_out["before"]  # the noise, and what half of the drops tell of it
     path = tmp_path / "mended" / "drops.toml"
     path.parent.mkdir()
     mended = found.apply(hlcs.Experiment.read(tmp_path / "drops.toml")).save(path)

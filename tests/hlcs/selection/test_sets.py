@@ -434,7 +434,7 @@ def test_a_law_learned_without_the_best_set_stands_where_it_does_better_not_wher
         return SimpleNamespace(tempered=lambda divided: cost * overdispersion / divided, chi2=chi2, freedom=100.0)
 
     fits = {best: fit(100.0), frozenset(): fit(900.0, 10.0)}
-    search = SimpleNamespace(problem=None, implied=frozenset(), fits=fits)
+    search = SimpleNamespace(problem=SimpleNamespace(overdispersion=9.0), implied=frozenset(), fits=fits)
     alone = SimpleNamespace(fit=fit((70.0 if beside else 100.0) - better, left))
     of_best = SimpleNamespace(fit=fit(70.0, 0.0)) if beside else None
     experiment = SimpleNamespace(learn=lambda problem, fit, known: of_best if fit is fits[best] else alone)
@@ -446,9 +446,16 @@ def test_a_law_learned_without_the_best_set_stands_where_it_does_better_not_wher
 def test_a_law_learned_beside_the_best_set_takes_half_of_what_that_leaves_or_only_absorbs(left):
     """A chi2 of 1000 beyond noise without it."""
     fits = {frozenset(): SimpleNamespace(chi2=1100.0, freedom=100.0)}
-    sets = SimpleNamespace(search=SimpleNamespace(problem=None, implied=frozenset(), fits=fits), best=frozenset())
-    law = SimpleNamespace(fit=SimpleNamespace(chi2=100.0 + 1000.0 * left, freedom=100.0))
-    assert learned_law(SimpleNamespace(learn=lambda *_: law), sets) is (law if left < 0.5 else None)
+    problem = SimpleNamespace(overdispersion=9.0)
+    sets = SimpleNamespace(search=SimpleNamespace(problem=problem, implied=frozenset(), fits=fits), best=frozenset())
+    law, counted = SimpleNamespace(fit=SimpleNamespace(chi2=100.0 + 1000.0 * left, freedom=100.0)), []
+
+    def learn(problem, fit, best):
+        counted.append(problem.overdispersion)
+        return law
+
+    assert learned_law(SimpleNamespace(learn=learn), sets) is (law if left < 0.5 else None)
+    assert counted == [1.0] and problem.overdispersion == 9.0  # it is fitted with each residual as one, what follows as before
 
 
 def test_ctrl_c_while_a_law_is_learned_loses_no_verdict(generator):
