@@ -262,15 +262,26 @@ def slope_angle(inputs, count):
 
 
 def rolling(setups, inputs, friction):
-    """Which bodies are spheres that a friction (d,) holds on their slope, let go at rest: they roll, boolean (d,)."""
+    """Which bodies are spheres, let go at rest, that a friction (d,) makes roll without slipping down their slope, boolean (d,).
+
+    A ball rolls where mu >= k/(1 + k) tan(angle), k = I/(m r^2): 2/7 of the slope where it is solid. With less it slips as it
+    turns, and goes as what slides.
+    """
     ball, at_rest = np.array([setup.body.shape == "sphere" for setup in setups]), inputs.get("speed_m_s", 0.0) == 0
-    return ball & at_rest & (friction >= np.tan(slope_angle(inputs, len(setups))))
+    share = np.array([turning(setup) / (1 + turning(setup)) if setup.body.shape == "sphere" else 1.0 for setup in setups])
+    return ball & at_rest & (friction >= share * np.tan(slope_angle(inputs, len(setups))))
+
+
+def turning(setup):
+    """I/(m r^2) of a body, which rolls as if its mass were larger by that part [-]."""
+    body = rigid_body(setup.body)
+    return body.inertia[0] / (body.mass * body.radius**2)
 
 
 def slide(setups, effects, inputs, way=None):
     """(time [s], distance [m]) until a body stops, or until it has gone `way` (d,) [m], along x down a slope.
 
-    It slides. A sphere that friction would hold there, let go at rest, rolls: its inertia counts 1 + I/(m r^2) times, and its
+    It slides. A sphere let go at rest that grips its slope rolls (`rolling`): its inertia counts 1 + I/(m r^2) times, and its
     load acts on the arm of rolling friction alone. nan where a body does not stop, or stops before it has gone that way.
     """
     count = len(setups)
@@ -286,7 +297,7 @@ def slide(setups, effects, inputs, way=None):
         return moving, law_at(setups, effects, moving, velocity, normal)
 
     rolls = rolling(setups, inputs, moving_at(speed)[1].friction) & (way is not None)
-    inertia = state.mass * np.where(rolls, 1 + state.inertia[:, 0] / (state.mass * state.radius**2), 1.0)
+    inertia = state.mass * (1 + np.array([turning(setup) if held else 0.0 for setup, held in zip(setups, rolls, strict=True)]))
 
     def slowing(v):
         moving, law = moving_at(v)

@@ -1,4 +1,4 @@
-"""A ball on a slope rolls where friction holds it; where the stated friction does not, its slide may stand in for rolling.
+"""A ball on a slope rolls where friction is large enough; where the stated one is not, its slide may stand in for rolling.
 
 A body that rolls without slipping goes as one without friction whose weight accelerates 1 + I / (m r^2) times its mass. A slide
 with a friction of 2/7 of the slope does the same as a solid ball: the report names both.
@@ -9,14 +9,14 @@ from dataclasses import replace
 import numpy as np
 
 from hlcs.data.notes import AsItIs
-from hlcs.data.rigid_body import known_body, rigid_body
+from hlcs.data.rigid_body import known_body
 from hlcs.kinds.outcomes.designs import ON_A_FLOOR
 from hlcs.report.words import AS_IT_IS
 from hlcs.simulation import outcome_motion
 
 
 def held_told(problem, model):
-    """The note on balls that roll, since the friction of the model under test holds them on their slope; () of none."""
+    """The note on balls that roll, since they grip their slope with the friction of the model under test; () of none."""
     if problem.table.outcome != "slide_time_s" or "distance_m" not in problem.distinct:
         return ()
     friction = np.array([setup.surroundings.friction for setup in problem.setups])
@@ -25,7 +25,7 @@ def held_told(problem, model):
     if not held.any():
         return ()
     rows = "all rows" if held.all() else f"{int(held.sum())} of {len(held)} rows"
-    return (f"{rows}: in the model as it is friction holds the ball, so it rolls without slipping",)
+    return (f"{rows}: in the model as it is the ball grips its slope, so it rolls without slipping",)
 
 
 def rolling_told(problem, model, judge):
@@ -40,14 +40,13 @@ def rolling_told(problem, model, judge):
     if not judge(rolls, rolls.fit(model))[0].adequate:
         return ()
     rolling = f"if the body rolls without slipping, in place of sliding as the stated friction lets it, {AS_IT_IS}"
-    tells = "With a friction stated that holds it on its slope it rolls here too, and its times tell the resistance to rolling"
-    return (AsItIs(f"{rolling}. {tells}"),)
+    grips = "With a friction stated that makes it grip its slope (2/7 of the slope, of a solid ball) it rolls here too"
+    return (AsItIs(f"{rolling}. {grips}, and its times tell the resistance to rolling"),)
 
 
 def that_rolls(problem):
     """The TableProblem of bodies that roll without slipping."""
-    body = rigid_body(problem.file.body)
-    heavier = 1 + body.inertia[0] / (body.mass * body.radius**2)
+    heavier = 1 + outcome_motion.turning(problem.file)
     around, inputs = problem.file.surroundings, dict(problem.table.inputs)
     inputs.pop("friction", None)
     if "gravity_m_s2" in inputs:

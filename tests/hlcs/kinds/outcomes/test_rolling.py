@@ -13,7 +13,7 @@ NOTE = "rolls without slipping"
 BALL = {"shape": "sphere", "radius": 0.0125, "mass": 0.0637}
 
 
-def told(slowed, body, friction=0.05, angles=(5.0,), whole=False):
+def told(slowed, body, friction=0.02, angles=(5.0,), whole=False):
     """(verdict, report in one line) of times over eight ways down slopes, four times each, 15 ms of scatter; or all of it.
 
     slowed: angle -> acceleration as a part of g sin(angle).
@@ -27,15 +27,16 @@ def told(slowed, body, friction=0.05, angles=(5.0,), whole=False):
     return found if whole else (found.verdict, " ".join(str(found).split()))
 
 
-@pytest.mark.parametrize("friction", [0.05, 0.3])
+@pytest.mark.parametrize("friction", [0.02, 0.03, 0.3])
 def test_a_solid_ball_goes_with_five_sevenths_of_the_pull_whatever_the_friction(friction):
-    """A friction above the slope holds the ball, and it rolls; below it the ball slides, and a friction of 2/7 of the slope is
-    found."""
+    """A friction of 2/7 of the slope, 0.025, makes the ball grip, and it rolls; with less it slips, and that friction is found, or
+    one that is as large at first."""
     verdict, report = told(lambda angle: 5 / 7, BALL, friction)
-    if friction > np.tan(np.deg2rad(5)):
+    if friction > 2 / 7 * np.tan(np.deg2rad(5)):
         assert verdict == "complete" and f"so it {NOTE}" in report
     else:
-        assert verdict == "effect" and f"Or none of this: if the body {NOTE}" in report
+        assert verdict in ("effect", "ambiguous") and "Friction is 0.02" in report
+        assert f"Or none of this: if the body {NOTE}" in report
 
 
 def test_resistance_to_rolling_takes_its_arm_over_the_radius_of_the_slope():
@@ -45,18 +46,20 @@ def test_resistance_to_rolling_takes_its_arm_over_the_radius_of_the_slope():
     assert found.effects == ("rolling_friction",) and number["low"] < 2.5e-4 < number["high"] and number["high"] < 2.6e-4
 
 
-def test_the_engine_rolls_a_ball_in_the_same_time():
-    """A World of its own: a ball let go at rest on a slope of 10 degrees, friction 0.5, until it has gone 1 m."""
-    angle, radius, step = np.deg2rad(10), 0.1, 1 / 960
+@pytest.mark.parametrize(("degrees", "friction"), [(10.0, 0.5), (30.0, 0.2), (30.0, 0.12)])
+def test_the_engine_rolls_a_ball_in_the_same_time(degrees, friction):
+    """A World of its own: a ball let go at rest that grips its slope, one that grips a slope steeper than its friction, and one
+    that slips as it turns (it would grip 30 degrees from 0.165 on)."""
+    angle, radius, step = np.deg2rad(degrees), 0.1, 1 / 960
     world = mb.World(
-        effects=[mb.Gravity(9.81, (np.sin(angle), 0.0, -np.cos(angle)))], settings=mb.Settings(time_step=step, friction=0.5)
+        effects=[mb.Gravity(9.81, (np.sin(angle), 0.0, -np.cos(angle)))], settings=mb.Settings(time_step=step, friction=friction)
     )
     world.add_plane()
     ball = world.add(mb.Sphere(radius), mass=1.0, position=(0.0, 0.0, radius))
     for _ in range(round(1.3 / step)):
         world.step()
-    setup = Setup(Body(radius=radius, mass=1.0), Surroundings(fluid_density=0.0, friction=0.5))
-    inputs = {"angle_deg": np.array([10.0]), "distance_m": np.array([ball.position[0]])}
+    setup = Setup(Body(radius=radius, mass=1.0), Surroundings(fluid_density=0.0, friction=friction))
+    inputs = {"angle_deg": np.array([degrees]), "distance_m": np.array([ball.position[0]])}
     assert slide_time([setup], (mb.Gravity(9.81),), inputs) == pytest.approx(1.3, rel=1e-3)  # the engine is a step late, at most
 
 
@@ -67,14 +70,14 @@ def test_a_hollow_ball_goes_with_three_fifths_of_it():
 
 
 def test_what_slides_is_no_ball_that_rolls():
-    """A friction of 0.05 at two slopes: they tell it from rolling; a box slides, even where its friction is 2/7 of the slope."""
-    assert NOTE not in told(lambda angle: 1 - 0.05 / np.tan(angle), BALL, 0.02, (5.0, 10.0))[1]
+    """A friction of 0.05 lets a ball slip at 20 and 30 degrees; a box slides, even where its friction is 2/7 of the slope."""
+    assert NOTE not in told(lambda angle: 1 - 0.05 / np.tan(angle), BALL, 0.02, (20.0, 30.0))[1]
     assert NOTE not in told(lambda angle: 5 / 7, {"shape": "box", "size": [0.03, 0.03, 0.03], "mass": 0.06})[1]
 
 
 def test_the_note_on_rolling_speaks_of_the_model_under_test():
-    """A friction of 0.3 in the model in place of the stated 0.5 lets a ball slide at 20 degrees."""
+    """A friction of 0.1 in the model in place of the stated 0.5 lets a ball slip at 20 degrees: it would grip from 0.104 on."""
     columns = {"angle_deg": [20.0] * 4, "distance_m": [1.0] * 4, "slide_time_s": [1.8, 1.82, 1.84, 1.81]}
     experiment = hlcs.Experiment.from_frames(columns, BALL, {"friction": 0.5, "fluid_density": 0.0}, kind="outcomes")
     assert any(NOTE in note for note in hlcs.compare(experiment).notes)
-    assert not any(NOTE in note for note in hlcs.compare(experiment, effects=[mb.Friction(0.3)]).notes)
+    assert not any(NOTE in note for note in hlcs.compare(experiment, effects=[mb.Friction(0.1)]).notes)
