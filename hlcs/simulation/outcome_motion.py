@@ -272,10 +272,10 @@ def rolling(setups, inputs, friction):
     return ball & at_rest & (friction >= share * np.tan(slope_angle(inputs, len(setups))))
 
 
-def turning(setup):
-    """I/(m r^2) of a body, which rolls as if its mass were larger by that part [-]."""
+def turning(setup, axis=1):
+    """I/(m r^2) of a round body that turns about one of its axes as it rolls: as if its mass were larger by that part [-]."""
     body = rigid_body(setup.body)
-    return body.inertia[0] / (body.mass * body.radius**2)
+    return body.inertia[axis] / (body.mass * setup.body.radius**2)
 
 
 def slide(setups, effects, inputs, way=None):

@@ -8,7 +8,7 @@ from hlcs.data.combinations import fluids_told
 from hlcs.data.quantities import OUTCOMES
 from hlcs.data.rigid_body import known_body, known_to_drag
 from hlcs.effects import as_stated, wanted
-from hlcs.effects.body import MassOffset, SizeError
+from hlcs.effects.body import InertiaError, MassOffset, SizeError
 from hlcs.effects.candidates import each_session
 from hlcs.effects.measurement import ClockOffset, LengthScale, TimeScale
 from hlcs.effects.numerics import MarginOffset
@@ -58,12 +58,12 @@ FITTING = {  # what acts on each outcome
     "fall_time_s": (*FORCES, *CLOCK, LengthScale),
     "rebound_height_m": (*FORCES, effects.Restitution, effects.VelocityDependentRestitution, LengthScale),
     "stop_distance_m": (*SLIDING, LengthScale),
-    "slide_time_s": (*SLIDING, effects.RollingFriction, *CLOCK, LengthScale),
+    "slide_time_s": (*SLIDING, effects.RollingFriction, InertiaError, *CLOCK, LengthScale),
     "rest_height_m": (SizeError, MarginOffset, LengthScale),
-    "passage_time_s": (*FORCES, TimeScale, LengthScale),
+    "passage_time_s": (*FORCES, *CLOCK, LengthScale),
     "bounce_time_s": (*FORCES, *CLOCK, effects.Restitution, effects.VelocityDependentRestitution, LengthScale),
     "rebound_speed_m_s": (effects.Restitution, effects.VelocityDependentRestitution),
-    "range_m": (*FORCES, effects.Magnus, LengthScale),
+    "range_m": (*FORCES, effects.Magnus, effects.UniformFlow, LengthScale),
 }
 LENGTHS = ("height_m", "distance_m", "mark_2_m")
 RULER = 1e-3  # [m]
@@ -276,13 +276,15 @@ def table_candidates(file, table, names, own):
 
     def obstacle(kind):
         if kind not in own and kind not in FITTING[table.outcome]:
-            return f"does not act on {table.outcome}"
+            return f"not known to change {table.outcome}"
         if missing := next((need for need in kind.needs if not met.get(need, True)), None):
             return NEEDS[missing][0]
         if kind is effects.LoadDependentFriction and "mass_kg" not in inputs:
             return "the load does not vary"
-        if kind is effects.RollingFriction and body.shape != "sphere":
+        if kind in (effects.RollingFriction, InertiaError) and body.shape != "sphere":
             return "no other body than a sphere rolls"
+        if kind is ClockOffset and "mark_1_m" in inputs:
+            return "its clock starts at the first mark"
         return None
 
     entries = as_stated(file.effects, outcome_motion.row_setups(file, table), own)

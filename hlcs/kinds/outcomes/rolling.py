@@ -1,7 +1,8 @@
 """A ball on a slope rolls where friction is large enough; where the stated one is not, its slide may stand in for rolling.
 
-A body that rolls without slipping goes as one without friction whose weight accelerates 1 + I / (m r^2) times its mass. A slide
-with a friction of 2/7 of the slope does the same as a solid ball: the report names both.
+So may that of a cylinder or a disc, which stand on an end here. A body that rolls without slipping goes as one without friction
+whose weight accelerates 1 + I / (m r^2) times its mass. A slide with a friction of 2/7 of the slope does the same as a solid
+ball: the report names both.
 """
 
 from dataclasses import replace
@@ -13,6 +14,10 @@ from hlcs.data.rigid_body import known_body
 from hlcs.kinds.outcomes.designs import ON_A_FLOOR
 from hlcs.report.words import AS_IT_IS
 from hlcs.simulation import outcome_motion
+
+TURNS_ABOUT = {"sphere": 1, "cylinder": 2, "disc": 2}  # what may roll -> the axis of the body about which it then turns
+GRIPS = "With a friction stated that makes it grip its slope (2/7 of the slope, of a solid ball) it rolls here too"
+AS_A_BALL = "Stated as a sphere with its radius, its mass, and its inertia about its axis three times, it rolls here too"
 
 
 def held_told(problem, model):
@@ -29,24 +34,25 @@ def held_told(problem, model):
 
 
 def rolling_told(problem, model, judge):
-    """The note on balls with whose rolling the model under test leaves nothing but noise, () of none.
+    """The note on round bodies with whose rolling the model under test leaves nothing but noise, () of none.
 
-    judge: (problem, fit) -> (Adequacy, table of observations). What was found need not do worse: rolling is what a ball does, and
-    needs no number. The drag of the air slows a ball that rolls by as much less, which is left out: it is small where one rolls.
+    judge: (problem, fit) -> (Adequacy, table of observations). What was found need not do worse: rolling is what they do, and
+    needs no number. The drag of the air slows what rolls by as much less, which is left out: it is small where one rolls.
     """
-    if problem.table.outcome not in ON_A_FLOOR or problem.file.body.shape != "sphere" or not known_body(problem.file.body):
+    shape = problem.file.body.shape
+    if problem.table.outcome not in ON_A_FLOOR or shape not in TURNS_ABOUT or not known_body(problem.file.body):
         return ()
     rolls = that_rolls(problem)
     if not judge(rolls, rolls.fit(model))[0].adequate:
         return ()
     rolling = f"if the body rolls without slipping, in place of sliding as the stated friction lets it, {AS_IT_IS}"
-    grips = "With a friction stated that makes it grip its slope (2/7 of the slope, of a solid ball) it rolls here too"
-    return (AsItIs(f"{rolling}. {grips}, and its times tell the resistance to rolling"),)
+    here = GRIPS if shape == "sphere" else AS_A_BALL
+    return (AsItIs(f"{rolling}. {here}, and its times tell the resistance to rolling"),)
 
 
 def that_rolls(problem):
     """The TableProblem of bodies that roll without slipping."""
-    heavier = 1 + outcome_motion.turning(problem.file)
+    heavier = 1 + outcome_motion.turning(problem.file, TURNS_ABOUT[problem.file.body.shape])
     around, inputs = problem.file.surroundings, dict(problem.table.inputs)
     inputs.pop("friction", None)
     if "gravity_m_s2" in inputs:

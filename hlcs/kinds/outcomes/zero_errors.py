@@ -13,6 +13,7 @@ from scipy import optimize, special
 from hlcs.data.bodies import bounding_radius
 from hlcs.data.notes import AsItIs
 from hlcs.estimation.fitting import chi2_of
+from hlcs.kinds.outcomes.designs import ON_A_FLOOR
 from hlcs.kinds.outcomes.setting_errors import within
 from hlcs.report.words import AS_IT_IS, joined, size, words
 from hlcs.selection.thresholds import INTERVAL, TIED
@@ -43,7 +44,8 @@ def zero_errors_told(problem, models, chi2, judge):
         "m/s": FASTER * float(np.min(inputs.get("speed_m_s", 0.0))),
         "degrees": TURNED,
     }
-    read = {*inputs, problem.table.outcome}
+    level = problem.table.outcome in ON_A_FLOOR and not {*inputs} & {"angle_deg", "slope"}  # then the floor may slope after all
+    read = {*inputs, problem.table.outcome, *(["angle_deg"] if level else [])}
     asked = [names for names, (unit, _) in ZEROS.items() if most[unit] and read.issuperset(names)]
     told = (
         tuple(note for names in asked for note in _told(problem, model, names, most[ZEROS[names][0]], chi2 + TIED, judge))
@@ -71,7 +73,8 @@ def _told(problem, model, names, most, worst, judge):
     unit, check = ZEROS[names]
     error = f" +- {size(np.sqrt(2 * special.chdtri(1, 1 - INTERVAL) / bend), unit)}" if 0 < bend < np.inf else ""
     which, side = " and ".join(names) + (" is" if len(names) == 1 else " are"), "more" if found.x > 0 else "less"
-    stated = f"{size(abs(found.x), unit)}{error} {side} than stated in all rows alike"
+    than = "than stated" if problem.table.outcome in names or names[0] in problem.table.inputs else "than 0, as no column states,"
+    stated = f"{size(abs(found.x), unit)}{error} {side} {than} in all rows alike"
     numbers = [f"{words(term.name)} {key} = {value:.4g}" for term in fit.model.terms for key, value in term.values]
     whose = AS_IT_IS.replace("as it is", f"with {joined(numbers)}") if numbers else AS_IT_IS
     return (AsItIs(f"if {which} {stated}, {whose}. Check {check}"),)
@@ -80,6 +83,7 @@ def _told(problem, model, names, most, worst, judge):
 def with_zero_at(problem, names, offset):
     """The TableProblem with what has these names, inputs or the outcome, larger by an offset."""
     table = problem.table
-    inputs = {name: within(name, table.inputs[name] + offset) for name in names if name in table.inputs}
+    none = np.zeros(len(table.values))
+    inputs = {name: within(name, table.inputs.get(name, none) + offset) for name in names if name != table.outcome}
     values = table.values + offset if table.outcome in names else table.values
     return problem.with_inputs(replace(table, inputs=table.inputs | inputs, values=values))

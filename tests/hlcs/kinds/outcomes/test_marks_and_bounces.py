@@ -109,3 +109,19 @@ def test_times_that_begin_at_the_first_impact_are_refused_with_what_is_to_be_add
     experiment = hlcs.Experiment.from_frames(columns, BALL, {"fluid_density": 0.0}, kind="outcomes", noise=0.001)
     with pytest.raises(hlcs.InputError, match="from the first impact, add the time of the fall to each"):
         hlcs.compare(experiment)
+
+
+@pytest.mark.parametrize("first", [None, 0.1])
+def test_a_late_release_shifts_what_is_timed_from_it_and_nothing_between_marks(first):
+    """A magnet that lets go 35 ms late; sigma 1 ms."""
+    depth = np.repeat([0.2, 0.4, 0.6, 0.8, 1.0, 1.3, 1.6], 5)
+    times = np.sqrt(2 * depth / G) + 0.001 * np.random.default_rng(2).standard_normal(len(depth))
+    columns = {"mark_2_m": depth, "passage_time_s": times + 0.035}
+    if first:
+        columns = {"mark_1_m": np.full(len(depth), first), "mark_2_m": depth, "passage_time_s": times - np.sqrt(2 * first / G)}
+    found = hlcs.diagnose(measured(columns))
+    if first:
+        assert found.verdict == "complete" and "its clock starts at the first mark: clock_offset" in str(found)
+    else:
+        number = found.parameters["clock_offset"]["offset"]
+        assert found.effects == ("clock_offset",) and number["low"] < 0.035 < number["high"]

@@ -131,7 +131,7 @@ def test_columns_that_say_of_what_body_and_where_stay_allowed(tmp_path):
 def test_candidates_that_do_not_act_on_an_outcome_are_left_out_with_the_reason(tmp_path):
     chosen, absent = table_candidates(*table(tmp_path, falls()), None, ())
     assert {"quadratic_drag", "clock_offset"} <= {candidate.name for candidate in chosen}
-    assert absent["friction"] == "does not act on fall_time_s"
+    assert absent["friction"] == "not known to change fall_time_s"
     _, absent = table_candidates(*table(tmp_path, falls(), body='[body]\nshape = "sphere"\nradius = 0.03\n'), ["buoyancy"], ())
     assert absent == {"buoyancy": "the mass or the size of the body is not stated"}
 

@@ -29,8 +29,8 @@ def told(slowed, body, friction=0.02, angles=(5.0,), whole=False):
 
 @pytest.mark.parametrize("friction", [0.02, 0.03, 0.3])
 def test_a_solid_ball_goes_with_five_sevenths_of_the_pull_whatever_the_friction(friction):
-    """A friction of 2/7 of the slope, 0.025, makes the ball grip, and it rolls; with less it slips, and that friction is found, or
-    one that is as large at first."""
+    """A friction of 2/7 of the slope, 0.025, makes the ball grip, and it rolls; with less it slips, and that friction is
+    found, or one that is as large at first."""
     verdict, report = told(lambda angle: 5 / 7, BALL, friction)
     if friction > 2 / 7 * np.tan(np.deg2rad(5)):
         assert verdict == "complete" and f"so it {NOTE}" in report
@@ -67,6 +67,22 @@ def test_a_hollow_ball_goes_with_three_fifths_of_it():
     inertia = 2 / 3 * BALL["mass"] * BALL["radius"] ** 2
     assert NOTE in told(lambda angle: 3 / 5, BALL | {"inertia": [inertia] * 3})[1]
     assert NOTE not in told(lambda angle: 3 / 5, BALL)[1]  # as a solid one
+
+
+def test_a_ball_that_grips_and_goes_otherwise_has_another_inertia():
+    """A shell, 3/5 of the pull, stated as a solid ball: I/(m r^2) is 2/3 in place of 2/5, 1.67 times as much."""
+    found = told(lambda angle: 3 / 5, BALL, 0.3, (5.0, 10.0), whole=True)
+    told_sets = [found.effects, *found.ambiguous]
+    assert any("inertia_error" in names for names in told_sets) and "factor y 1.6" in " ".join(str(found).split())
+
+
+def test_a_cylinder_that_rolls_is_named_beside_what_does_as_well():
+    """A solid one, 2/3 of the pull; stated as a ball of that inertia it rolls."""
+    cylinder = {"shape": "cylinder", "radius": 0.0125, "height": 0.04, "mass": 0.06}
+    assert f"Or none of this: if the body {NOTE}" in told(lambda angle: 2 / 3, cylinder, 0.3, (5.0, 10.0))[1]
+    inertia = 0.5 * cylinder["mass"] * cylinder["radius"] ** 2
+    ball = {"shape": "sphere", "radius": 0.0125, "mass": 0.06, "inertia": [inertia] * 3}
+    assert told(lambda angle: 2 / 3, ball, 0.3, (5.0, 10.0))[0] == "complete"
 
 
 def test_what_slides_is_no_ball_that_rolls():

@@ -60,3 +60,14 @@ def test_marks_are_counted_from_one_zero():
     times += 0.0005 * np.random.default_rng(4).standard_normal(len(times))
     _, (note,) = notes({"mark_1_m": first, "mark_2_m": first + 0.3, "passage_time_s": times})
     assert "if mark_1_m and mark_2_m are 20" in note or "if mark_1_m and mark_2_m are 19" in note
+
+
+def test_a_floor_that_no_column_says_to_slope_may_slope():
+    """v^2 / (2 g (mu cos - sin)) down a floor of 1.2 degrees, friction 0.3 as stated: no friction need be wrong."""
+    speed, slope = np.repeat([0.8, 1.1, 1.4, 1.7, 2.0, 2.3], 5), np.deg2rad(1.2)
+    way = speed**2 / (2 * 9.81 * (0.3 * np.cos(slope) - np.sin(slope)))
+    way += 0.004 * np.random.default_rng(5).standard_normal(len(way))
+    found, (note,) = notes({"speed_m_s": speed, "stop_distance_m": way}, friction=0.3)
+    assert found.verdict == "ambiguous" and "more than 0, as no column states, in all rows alike" in note
+    told, error = (float(word) for word in note.split("angle_deg is ")[1].replace(" degrees", "").split(" ")[0:3:2])
+    assert told == pytest.approx(1.2, abs=2 * error) and error < 0.2
