@@ -84,9 +84,10 @@ def test_a_restitution_is_found_though_the_model_lets_the_ball_lie_and_buoyancy_
     assert found.parameters["restitution"]["coefficient"]["value"] == pytest.approx(0.8, abs=0.002)
 
 
-@pytest.mark.parametrize("body, true", [(BOX, 0.1), (BOX, 0.3), (BALL, 0.3)])
+@pytest.mark.parametrize("body, true", [(BOX, 0.1), (BOX, 0.3), (BALL, 0.06)])
 def test_a_friction_is_found_though_the_stated_one_holds_every_row(body, true):
-    """0.5 holds up to 26.6 degrees: no derivative there tells that less would let the body slide, in t = sqrt(2 d / a)."""
+    """0.5 holds up to 26.6 degrees: no derivative there tells that less would let the body slide, in t = sqrt(2 d / a). A ball
+    grips these slopes from 0.093 to 0.139 on, and slips with less."""
     angle, way = np.repeat([18.0, 22.0, 26.0], 6), np.tile([0.5, 1.0], 9)
     pull = G * (np.sin(np.deg2rad(angle)) - true * np.cos(np.deg2rad(angle)))
     times = np.sqrt(2 * way / pull) + 0.01 * np.random.default_rng(1).standard_normal(18)
