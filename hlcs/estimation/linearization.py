@@ -210,7 +210,7 @@ class Fit:
         return max(self.count - sum(q.shape[1] for q in self.linearization.state_bases) - len(self.estimate), 1)
 
     @property
-    def reduced(self):
+    def chi2_per_freedom(self):
         """chi2 per degree of freedom."""
         return self.chi2 / self.freedom
 

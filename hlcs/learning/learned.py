@@ -84,7 +84,7 @@ def beside_last(fit):
 def left_with(problem, fit):
     """What a Fit with the law leaves, as `Learned.remains`."""
     error, names = problem.error(fit.linearization.projected[0]), [term.name for term in fit.model.terms]
-    return {"effects": names, "chi2_per_freedom": fit.reduced, "error": error, "foreseen": False}
+    return {"effects": names, "chi2_per_freedom": fit.chi2_per_freedom, "error": error, "foreseen": False}
 
 
 def interval(value, error, unit):

@@ -129,7 +129,7 @@ def _learned(problem, fit, regression, ranges, best, also):
     if not refit.chi2 < fit.chi2:
         return None
     place, count = refit.numbers_of(-1), len(law.linear)
-    values, covariance = refit.estimate[place], max(refit.reduced, 1.0) * refit.covariance[place, place]
+    values, covariance = refit.estimate[place], max(refit.chi2_per_freedom, 1.0) * refit.covariance[place, place]
     law, spread = law.at(values[:count], values[count:]), np.sqrt(np.diag(covariance))
     numbers = {number.name: interval(number.value, error, number.unit) for number, error in zip(law.fitted, spread, strict=True)}
     if law.form == "oscillation":

@@ -98,7 +98,7 @@ def _told(problem, fit, readings, reference, held_out):
     """The Learned law of the last term of a Fit."""
     (values, errors, speeds), (level, own) = readings, fit.model.terms[-2:]
     found = {"restitution": level.numbers["coefficient"]} | own.numbers
-    spread = np.sqrt(np.diag(fit.covariance_at(max(fit.reduced, 1.0)))[-len(found) :])
+    spread = np.sqrt(np.diag(fit.covariance_at(max(fit.chi2_per_freedom, 1.0)))[-len(found) :])
     numbers = {name: interval(value, error, "1") for (name, value), error in zip(found.items(), spread, strict=True)}
     of_law = partial(_kind(reference, **own.numbers)().at, found["restitution"])
     text = _sentence(numbers, reference, speeds, of_law)

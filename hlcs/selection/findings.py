@@ -207,7 +207,7 @@ def _leaves(sets, name, left):
     """What a candidate that explains a part leaves, beside what the best set leaves."""
     fit, best = sets.search.fits[sets.best], _names(sets.best) or "the model as it is"
     beside = _names(set(left["effects"]) - {name})
-    mine, theirs = left["chi2_per_freedom"], fit.reduced
+    mine, theirs = left["chi2_per_freedom"], fit.chi2_per_freedom
     how = "is foreseen to leave" if left["foreseen"] else "leaves"
     told = f"{f'with {beside} ' if beside else ''}it {how} a chi-square of {mine:.3g} per degree of freedom, {best} {theirs:.3g}"
     if mine > theirs:

@@ -47,7 +47,7 @@ class Search:
         self.preview, self.base_kinds = Preview(problem, base.model, self.candidates), base.model.kinds
         self.budget = budget or Budget(problem)
         self.fits = {frozenset(): base}  # names of effects -> their best fit
-        self.reduced = {}  # the same of sets that the search had no need of, fitted for the verdict
+        self.fits_for_verdict = {}  # the same of sets that the search had no need of, fitted for the verdict
         self.models = {}  # set that was expanded -> the LinearModel at its fit
         self.overdispersion = 1.0  # how many residuals count as one beside the best fit, where its adequacy has been judged
         self.foreseen = {}  # set -> its Proposal
@@ -132,7 +132,7 @@ class Search:
         """What a set may be foreseen to cost more than the best one, or than a Fit, to be fitted: where more than noise is left,
         in units of it, since what misleads the best fit misleads what is foreseen as well."""
         fit = fit or self.fits[self.ranked()[0]]
-        return REACH * max(self.overdispersion, 1.0 if self.noise_alone(fit) else fit.reduced)
+        return REACH * max(self.overdispersion, 1.0 if self.noise_alone(fit) else fit.chi2_per_freedom)
 
     def limit(self, effects):
         """What a fit of a set may cost, its price aside, to be within reach of the best one that is known by now."""

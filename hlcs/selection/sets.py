@@ -35,7 +35,7 @@ class FittedSets:
         """Itself, its sets fitted anew from `returned` where that leaves them cheaper."""
         search, problem = self.search, self.search.problem
         problem.overdispersion = self.overdispersion
-        search.reduced = {}  # fitted with each residual as one; the best of them are among the fits
+        search.fits_for_verdict = {}  # fitted with each residual as one; the best of them are among the fits
         for effects, numbers in [] if search.budget.stopped else self.returned():
             fit = search.fits[effects]
             again = problem.fit(search.preview.model_with(numbers), fit.initial_states)
@@ -80,7 +80,7 @@ class FittedSets:
         search = self.search
         while True:
             cheapest = next(effects for effects in self.ranked if self.leads(effects))
-            parts = {effects: fit for effects, fit in search.reduced.items() if search.fits.get(effects) is not fit}
+            parts = {effects: fit for effects, fit in search.fits_for_verdict.items() if search.fits.get(effects) is not fit}
             search.fits |= parts
             del self.ranked
             if not any(self.cost(effects) < self.cost(cheapest) for effects in parts):
@@ -167,20 +167,21 @@ class FittedSets:
         found = search.fits.get(effects)
         if found is not None and found.converged:
             return found
-        reduced, bare = search.reduced, search.models.get(frozenset())
-        if effects not in reduced:
+        for_verdict, bare = search.fits_for_verdict, search.models.get(frozenset())
+        if effects not in for_verdict:
             begun = self.begun.pop(effects, None) or self.fitted_as_in_larger(effects)
             tried = [found, self.alone(search.problem, begun)]
             explained = search.noise_alone(search.fits[self.larger(effects)]) and not search.noise_alone(tried[-1])
             if explained and bare and bare.foresees(effects):
                 numbers = bare.proposal(effects).numbers
                 tried.append(self.alone(search.problem, self.fitted_from(numbers, search.fits[frozenset()])))
-            reduced[effects] = min(filter(None, tried), key=lambda fit: fit.tempered(self.overdispersion))
-        return reduced[effects]
+            for_verdict[effects] = min(filter(None, tried), key=lambda fit: fit.tempered(self.overdispersion))
+        return for_verdict[effects]
 
     def fit_without(self, effects, names):
         """Begin, in one batch, what `fit` needs of a set without each of these effects."""
-        done = self.begun.keys() | self.search.reduced.keys() | {its for its, fit in self.search.fits.items() if fit.converged}
+        converged = {its for its, fit in self.search.fits.items() if fit.converged}
+        done = self.begun.keys() | self.search.fits_for_verdict.keys() | converged
         rests = [rest for rest in dict.fromkeys(self.without(effects, name) for name in names) if rest not in done]
         fits = self.search.problem.batched([partial(self.fitted_as_in_larger, rest) for rest in rests])
         self.begun.update(zip(rests, fits, strict=True))

@@ -81,7 +81,8 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
             "fitted": _record(problem, partial(fitted_error, problem), base, final) | {"starts": starts_share(problem, final)},
         },
         steps=_steps(sets, ordered, errors),
-        adequate=_told_adequate(before, after) | {"chi2_per_freedom": {"before": base.reduced, "after": final.reduced}},
+        adequate=_told_adequate(before, after)
+        | {"chi2_per_freedom": {"before": base.chi2_per_freedom, "after": final.chi2_per_freedom}},
         candidates=candidate_findings(sets, places, absent),
         where=experiment.where(judged, table_after),
         model=best.model,
@@ -370,7 +371,7 @@ def _steps(sets, ordered, errors):
         if members in sets.search.fits:
             fit = sets.search.fits[members]
             step = {"effects": list(ordered[:count]), "held_out": errors(fit), "fitted": fitted_error(sets.search.problem, fit)}
-            steps.append(step | {"chi2_per_freedom": fit.reduced})
+            steps.append(step | {"chi2_per_freedom": fit.chi2_per_freedom})
     return tuple(steps)
 
 

@@ -189,7 +189,7 @@ def alone(problem, fit):
     first step). Not where it is LITTLE beside what the fit leaves."""
     if problem.step_change is None or problem.segmented:
         return fit
-    if in_sigma(problem.step_change, problem.recordings) < LITTLE * np.sqrt(fit.reduced):
+    if in_sigma(problem.step_change, problem.recordings) < LITTLE * np.sqrt(fit.chi2_per_freedom):
         return fit
     return _aside(problem, fit, lambda: corrected(problem, fit)[0])
 

@@ -42,4 +42,4 @@ def test_a_tilt_is_found_that_rolls_a_ball_round_many_times(tmp_path, generator)
     (entry,) = candidates_for(recordings, True, ("tilted_gravity",))[0]
     level = prepared.base.model.with_term(Term(entry, (("angle_x", 0.0), ("angle_y", 0.0))))
     fit = prepared.problem.fit(level, prepared.base.initial_states)
-    assert fit.reduced < 1.2 and abs(fit.model.numbers["tilted_gravity"]["angle_y"]) == pytest.approx(TILT, abs=5e-4)
+    assert fit.chi2_per_freedom < 1.2 and abs(fit.model.numbers["tilted_gravity"]["angle_y"]) == pytest.approx(TILT, abs=5e-4)

@@ -120,7 +120,7 @@ def test_what_was_not_fitted_is_foreseen_by_the_model_under_test(generator):
     search.foreseen[other] = search.foreseen[other]._replace(**better)
     (finding,) = (finding for finding in told(found) if finding.effect == "spin_decay")
     assert finding.remains["foreseen"] and finding.remains["error"] is None
-    assert finding.remains["chi2_per_freedom"] == pytest.approx(fitted.reduced, rel=1e-3)
+    assert finding.remains["chi2_per_freedom"] == pytest.approx(fitted.chi2_per_freedom, rel=1e-3)
 
 
 def test_the_starts_take_their_share_of_the_noise(generator):

@@ -162,10 +162,10 @@ def test_sets_without_each_effect_are_begun_in_one_batch_as_they_would_be_one_by
     search.fits = {effects: search.fits[effects] for effects in (frozenset(), both)}
     beside, alone = (FittedSets(search, CrossValidation(problem.trials, "group")) for _ in range(2))
     beside.fit_without(both, sorted(LAWS))
-    assert list(beside.begun) == parts[::-1] and not search.reduced
+    assert list(beside.begun) == parts[::-1] and not search.fits_for_verdict
     found = [beside.fit(part).chi2 for part in parts]
-    assert not beside.begun and len(search.reduced) == 2
-    search.reduced.clear()
+    assert not beside.begun and len(search.fits_for_verdict) == 2
+    search.fits_for_verdict.clear()
     assert found == [alone.fit(part).chi2 for part in parts]
 
 
@@ -344,7 +344,7 @@ def test_at_equal_evidence_the_fewest_numbers_are_named_first_and_plausible_ones
             numbers=[None] * count, implausible=implausible, tempered=lambda overdispersion, cost=cost: cost, contradicts=False
         )
     laws = dict.fromkeys((other, "scale"), SimpleNamespace(holds=lambda other: False))
-    search = SimpleNamespace(fits=fits, reduced={}, candidates=laws, price=lambda effects, fit: 0.0, implied=frozenset())
+    search = SimpleNamespace(fits=fits, fits_for_verdict={}, candidates=laws, price=lambda effects, fit: 0.0, implied=frozenset())
     judged = FittedSets(search, SimpleNamespace(possible=False))
     judged.stands = lambda effects: True
     assert judged.best == {first}
@@ -356,13 +356,13 @@ def test_what_was_fitted_to_judge_a_set_may_be_the_best():
     costs = {("friction", "restitution"): 20.0, ("friction",): 21.0, (): 200.0}
     fits = {frozenset(names): SimpleNamespace(tempered=lambda overdispersion, cost=cost: cost) for names, cost in costs.items()}
     alone = frozenset({"friction"})
-    search = SimpleNamespace(fits={names: fit for names, fit in fits.items() if names != alone}, reduced={})
+    search = SimpleNamespace(fits={names: fit for names, fit in fits.items() if names != alone}, fits_for_verdict={})
     search.price = lambda effects, fit: 0.0
     judged = FittedSets(search, None)
 
     def stands(effects):
         if len(effects) == 2:
-            search.reduced[alone] = fits[alone]
+            search.fits_for_verdict[alone] = fits[alone]
         return len(effects) < 2
 
     judged.stands = stands
@@ -411,7 +411,7 @@ def test_a_number_that_the_file_states_is_left_where_a_misfit_that_hangs_togethe
     values = [1.5 * t + 0.5 * np.sin(3 * np.pi * t) + 0.05 * generator.standard_normal(25) for t in times]
     problem = Bend(times, values, 0.05, ["a", "b", "a", "b"])
     search = Search(problem, [law], problem.fit(Model())).run()
-    search.reduced = dict(search.fits)  # what was fitted to judge others before takes no place of it
+    search.fits_for_verdict = dict(search.fits)  # what was fitted to judge others before takes no place of it
     fitted = FittedSets(search, CrossValidation(problem.trials, "group"), overdispersion).tempered()
     assert fitted.cheapest in search.fits
     (value,) = search.fits[frozenset({"linear_drag"})].estimate

@@ -142,7 +142,7 @@ def test_a_fit_that_leaves_far_more_than_the_step_moves_is_judged_as_it_is(tmp_p
     problem, model = slides(tmp_path, 0.3, 1e-3)
     fit, bare = problem.fit(model), problem.fit(replace(model, terms=()))
     time_step.corrected(problem, fit)
-    assert problem.step_change is not None and bare.reduced > 1000
+    assert problem.step_change is not None and bare.chi2_per_freedom > 1000
     assert time_step.alone(problem, bare) is bare
     assert time_step.alone(problem, fit) is not fit
 
@@ -166,7 +166,7 @@ def test_intervals_are_measured_only_where_the_model_may_be_right(tmp_path, monk
     (law,), _ = candidates_for(read_recordings(read_experiment_file(tmp_path / "slides.toml")), True, [name])
     (number,) = law.free
     fit = problem.fit(Model((Term(law, ((number.name, number.start),)),), time_step=problem.simulator.time_step))
-    assert (fit.reduced > 100) == wrong
+    assert (fit.chi2_per_freedom > 100) == wrong
     measured = []
     monkeypatch.setattr(time_step, "measured_errors", lambda problem, fit: measured.append(fit) or fit)
     told = polished(problem, fit)
