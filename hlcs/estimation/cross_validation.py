@@ -34,8 +34,8 @@ class CrossValidation:
         """
         r, s = fit.linearization.projected
         held_out = [None] * len(self.half)
-        for inside, train, told in self._halves(fit):
-            own, change = ~np.any([s[k].any(axis=0) for k in train], axis=0), told.estimate.copy()
+        for inside, train, trained in self._halves(fit):
+            own, change = ~np.any([s[k].any(axis=0) for k in train], axis=0), trained.estimate.copy()
             if own.any():
                 left = [r[k] - s[k][:, ~own] @ np.clip(change, *fit.ends)[~own] for k in inside]
                 change[own] = _fitted(left, [s[k][:, own] for k in inside], *(row[own] for row in fit.belief)).estimate
@@ -53,8 +53,8 @@ class CrossValidation:
         """
         r, s = fit.linearization.projected
         rows, logarithm = [], 0.0
-        for inside, _, told in self._halves(fit):
-            change, unknown = np.clip(told.estimate, *fit.ends), lower_factor(told.covariance)
+        for inside, _, trained in self._halves(fit):
+            change, unknown = np.clip(trained.estimate, *fit.ends), lower_factor(trained.covariance)
             white, more = whitening_of(np.concatenate([s[k] @ unknown for k in inside]))
             rows.append(white(np.concatenate([r[k] - s[k] @ change for k in inside])))
             logarithm += more

@@ -28,15 +28,15 @@ class LinearFit(NamedTuple):
     gain: float  # chi2 explained
 
 
-def least_squares(s, r, told=1e-6):
+def least_squares(s, r, cutoff=1e-6):
     """LinearFit of r (n,) on S (n, p), safe against columns that say the same: those share the estimate (minimum norm).
 
-    told: part of what the columns, each scaled to one, tell of what they tell best, below which a direction is left as it is.
+    cutoff: part of what the columns, each scaled to one, tell of what they tell best, below which a direction is left as it is.
     """
     length = np.linalg.norm(s, axis=0)
     length = np.where(length > 0, length, 1.0)
     u, d, vt = np.linalg.svd(s / length, full_matrices=False)
-    keep = d > told * max(d[0], 1e-300) if len(d) else np.zeros(0, bool)
+    keep = d > cutoff * max(d[0], 1e-300) if len(d) else np.zeros(0, bool)
     u, d, vt = u[:, keep], d[keep], vt[keep]
     dots = u.T @ r
     inverse = (vt.T / d) / length[:, None]

@@ -146,7 +146,7 @@ class Fit:
         return self.chi2 / overdispersion + self.doubt + self.surprise + paid - self.linearization.spared(overdispersion)
 
     @cached_property
-    def told(self):
+    def known_from_data(self):
         """What the data tell of its numbers by their covariance, what was believed of them aside, in units of their spreads
         (p, p)."""
         known = np.linalg.pinv(self.covariance / np.outer(self.spreads, self.spreads), hermitian=True)
@@ -176,7 +176,7 @@ class Fit:
         error of the time step is one more source, which no number of readings makes smaller."""
         covariance = self.covariance
         if overdispersion != 1:
-            known = np.linalg.pinv(self.told / overdispersion + self._believed, hermitian=True)
+            known = np.linalg.pinv(self.known_from_data / overdispersion + self._believed, hermitian=True)
             covariance = known * np.outer(self.spreads, self.spreads)
         return covariance + np.outer(self.step_error, self.step_error)
 
@@ -184,7 +184,7 @@ class Fit:
         """By how much `tempered` would fall were each number where it is expected and the others beside it where the data then
         have them, foreseen from here (p,)."""
         aside = np.array([free.aside(value) for _, free, value in self.numbers])
-        errors = np.diag(np.linalg.pinv(self.told, hermitian=True))
+        errors = np.diag(np.linalg.pinv(self.known_from_data, hermitian=True))
         surprise = np.array([free.surprise(value) for _, free, value in self.numbers])
         return surprise - aside**2 / np.maximum(errors, 1e-300) / overdispersion
 

@@ -56,7 +56,7 @@ class Reading(NamedTuple):
 def profiled(problem, fit):
     """A Fit of segments with the numbers and errors of their profiles; `withheld` says which cannot be given, and why."""
     readings, withheld = [None] * len(fit.estimate), {}
-    for index in told_by_data(fit):
+    for index in places_from_data(fit):
         effect, free, _ = fit.numbers[index]
         fit, reading = centred(problem, fit, index)
         readings[index] = reading
@@ -83,17 +83,17 @@ def fit(problem, model, initial_states, limit=None):
     if not np.array_equal(states, initial_states):
         there = fit_at(model, states, problem.linearise(model, states))
     first = there
-    for index in told_by_data(there):
+    for index in places_from_data(there):
         there, reading = centred(problem, there, index, thorough=False)
         if reading is None:
             return fitting.fit(problem, there.model, there.initial_states, limit)
     return min(first, there, key=lambda fit: fit.cost)  # a parabola through rough values may lead away from a good beginning
 
 
-def told_by_data(fit):
+def places_from_data(fit):
     """Places of the numbers of a Fit of which the data tell as much as was believed beforehand, or more: the others, such as the
     lift of the air that the file states, stay as they are believed."""
-    return [place for place, told in enumerate(np.diag(fit.information)) if not told < 1]
+    return [place for place, known in enumerate(np.diag(fit.information)) if not known < 1]
 
 
 def descended(problem, fit, index):

@@ -191,8 +191,8 @@ def stated(kind, entries, own=()):
     """Why a class can neither join what an experiment file states as its model nor change a number of it, or None; entries: as
     `as_stated` has them."""
     if name_of(kind) in entries:
-        told = numbers_stated(kind, entries[name_of(kind)])
-        return None if told else "already in the model, without a number that may be wrong"
+        doubtful = numbers_stated(kind, entries[name_of(kind)])
+        return None if doubtful else "already in the model, without a number that may be wrong"
     laws = {name: class_named(name, own) for name in entries}
     taken = next((name for name, law in laws.items() if law in kind.contains or kind in law.contains), None)
     return taken and f"the model states {taken}, whose place it would take: leave that out of [model] effects to have it tried"

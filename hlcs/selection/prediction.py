@@ -174,9 +174,9 @@ class LinearModel:
         stated = [name for name in laws if name in self.places and way[self.places[name]].any()]
         shown = [name for name in stated if self.information(name) * np.max(way[self.places[name]] ** 2) > odds]
         its = [place for name in stated for place in self.places[name]]
-        told = [place for name in self.present if name not in stated for place in self.places[name]]
-        dots = self.gram[np.ix_(told, its)] @ way[its]
-        off = dots @ _solved(self.gram[np.ix_(told, told)], dots)
+        others = [place for name in self.present if name not in stated for place in self.places[name]]
+        dots = self.gram[np.ix_(others, its)] @ way[its]
+        off = dots @ _solved(self.gram[np.ix_(others, others)], dots)
         return frozenset(shown), frozenset(filter(self.visible, stated) if off > EQUAL else shown)
 
     def proposal(self, names):

@@ -63,16 +63,16 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     search.progress("comparing sets")
     ordered, places = sets.ordered(effects), sets.alternatives()
     final = search.fits[effects]
-    told = {members: experiment.with_step_error(problem, search.fits[members]) for members in sets.tied[1:]}
-    told |= {members: finished(members)[1] for members in (effects, *sets.absorbing)}
+    final_fits = {members: experiment.with_step_error(problem, search.fits[members]) for members in sets.tied[1:]}
+    final_fits |= {members: finished(members)[1] for members in (effects, *sets.absorbing)}
     errors = partial(held_out_error, problem, cross_validation)
-    parameters = _parameters(sets, told, sets.tied)
+    parameters = _parameters(sets, final_fits, sets.tied)
     said = (*prepared.notes, *prepared.aside, *experiment.polished_notes(problem, judged))
     return Selection(
         effects=ordered,
         ambiguous=tuple((name, *others) for name, others in places.items() if others),
         parameters=parameters,
-        absorbing=_parameters(sets, told, sets.absorbing),
+        absorbing=_parameters(sets, final_fits, sets.absorbing),
         reynolds=reached(search.candidates, parameters, experiment.moved(judged), after.adequate),
         error={
             "measure": experiment.measure,
@@ -88,7 +88,7 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
         model=best.model,
         pictures=experiment.pictures(problem, table_before, table_after),
         notes=(*said, *_doubts(best, parameters), *search.budget.notes()),
-        sets=tuple(_described(sets, members, told[members], errors, parameters) for members in sets.tied),
+        sets=tuple(_described(sets, members, final_fits[members], errors, parameters) for members in sets.tied),
         inclusion=sets.inclusion,
         explained=explained(base, final),
         learned=learned,
@@ -161,15 +161,15 @@ def best_set(fitted, finished):
     data contradict the model without it.
     """
     sets = fitted(1.0)
-    told = finished(sets.best)
-    if not told[2].adequate and sets.search.wider(told[2].overdispersion):
+    at_best = finished(sets.best)
+    if not at_best[2].adequate and sets.search.wider(at_best[2].overdispersion):
         sets = fitted(1.0)
-        told = finished(sets.best)
-    if told[2].adequate:
+        at_best = finished(sets.best)
+    if at_best[2].adequate:
         return best_shown(sets, fitted, finished)
     if shown := adequate_ones(sets, finished):
         return best_shown(fitted(1.0, shown=shown), partial(fitted, shown=shown), finished)
-    sets = fitted(max(told[2].overdispersion, 1.0)).tempered()
+    sets = fitted(max(at_best[2].overdispersion, 1.0)).tempered()
     return sets, finished(sets.best)
 
 
@@ -183,14 +183,14 @@ def best_shown(sets, fitted, finished):
     """
     left_out, outdone = set(), set()
     while True:
-        told = finished(sets.best)
+        at_best = finished(sets.best)
         without = {name: sets.without(sets.best, name) for name in sorted(sets.best)}
-        hidden = [rest for name, rest in without.items() if not shows(told[1], name)]
+        hidden = [rest for name, rest in without.items() if not shows(at_best[1], name)]
         tied = [rest for rest in without.values() if rest in sets.tied and rest - sets.search.implied]
         fitted_ones = (rest for rest in (*hidden, *tied) if rest in sets.search.fits)
         adequate = next((rest for rest in fitted_ones if finished(rest)[2].adequate), None)
         if adequate is None:
-            return sets, told
+            return sets, at_best
         (left_out if adequate in hidden else outdone).add(sets.best)
         sets = fitted(1.0, possible=lambda effects: effects not in left_out, outdone=frozenset(outdone))
 
@@ -199,8 +199,10 @@ def shows(final, name):
     """Does a number of an effect in a final fit lie elsewhere than where the effect is absent, or has it no such place?"""
     places = [free for effect, free, _ in final.numbers if effect == name and free.null is not None]
     known = [free for free in places if (name, free.name) not in final.withheld]
-    told = [interval([(1.0, *_number(final, name, free.name, 1.0))], free, final.freedom) for free in known]
-    return not places or any(not number["low"] <= free.null <= number["high"] for free, number in zip(known, told, strict=True))
+    intervals = [interval([(1.0, *_number(final, name, free.name, 1.0))], free, final.freedom) for free in known]
+    return not places or any(
+        not number["low"] <= free.null <= number["high"] for free, number in zip(known, intervals, strict=True)
+    )
 
 
 def adequate_ones(sets, finished):
@@ -286,7 +288,7 @@ def _parameters(sets, final, shown):
         freedom = final[sets.best].freedom
         numbers[name] = {
             free.name: _withheld(holding[0][1], entry, free)
-            or told(_of_both_signs(sets, shown, name, free, _interval(sets, holding, name, free, freedom)), free, entry)
+            or annotated(_of_both_signs(sets, shown, name, free, _interval(sets, holding, name, free, freedom)), free, entry)
             for free in entry.free
         } | {constant: {"value": value, "low": value, "high": value, "unit": "1"} for constant, value in entry.constants}
     return numbers
@@ -319,7 +321,7 @@ def _of_both_signs(sets, shown, name, free, number):
     return number | {"low": max(min(ends), free.least), "high": min(max(ends), free.most), "mirrored": mirrored}
 
 
-def told(number, free, entry):
+def annotated(number, free, entry):
     """A number with what a reader must know beside it: what the model states, and what is usual where all of its interval lies
     beyond that: where a part does not, the data only do not give it."""
     stated = {"stated": free.null} if entry.setting and free.null is not None else {}

@@ -15,8 +15,7 @@ from hlcs.records import Reason
 from hlcs.selection.findings import candidate_findings, change_told, set_label
 from hlcs.selection.search import Search
 from hlcs.selection.sets import FittedSets
-from hlcs.selection.verdict import starts_share
-from hlcs.selection.verdict import told as as_told
+from hlcs.selection.verdict import annotated, starts_share
 from hlcs.simulation.model import Model, Term
 from minibullet.errors import InputError
 
@@ -133,9 +132,9 @@ def test_a_number_tells_what_the_model_states_and_what_is_usual_where_it_is_not(
     law = LAWS["linear_drag"]
     (free,) = law.free
     number = {"value": 2.0, "low": 1.0, "high": 3.0, "unit": "1/s"}
-    assert as_told(number, free, law) == number
-    assert as_told(number, free, replace(law, setting=True)) == number | {"stated": 0.0}
-    odd = as_told({"value": 20.0, "low": 19.0, "high": 21.0, "unit": "1/s"}, free, law)
+    assert annotated(number, free, law) == number
+    assert annotated(number, free, replace(law, setting=True)) == number | {"stated": 0.0}
+    odd = annotated({"value": 20.0, "low": 19.0, "high": 21.0, "unit": "1/s"}, free, law)
     assert odd["rests_on"] == INPUTS_OF["linear_drag"]
     assert odd["usual"] == "0 to 10 1/s" and odd["beyond"] == "20 lies above what is plausible (0 to 10 1/s)"
 
@@ -145,7 +144,7 @@ def test_a_number_is_beyond_what_is_plausible_only_where_all_of_its_interval_is(
     """Plausible is +-0.05: -0.05 +- 0.16 may be anything there, so the data do not give it, and contradict no input."""
     law = LAWS["linear_drag"]
     free = replace(law.free[0], low=-0.05, high=0.05)
-    assert ("beyond" in as_told({"value": -0.075, "low": low, "high": high, "unit": "1/s"}, free, law)) == beyond
+    assert ("beyond" in annotated({"value": -0.075, "low": low, "high": high, "unit": "1/s"}, free, law)) == beyond
 
 
 def test_what_cannot_be_simulated_is_not_told_to_be_hidden_by_others(generator):
