@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 
 from hlcs.estimation.correlated_noise import lower_factor
-from hlcs.estimation.least_squares import least_squares, whitening_of
+from hlcs.estimation.least_squares import least_squares, whitening_beside
 
 FEW_RECORDINGS = 6
 
@@ -55,7 +55,7 @@ class CrossValidation:
         rows, logarithm = [], 0.0
         for inside, _, trained in self._halves(fit):
             change, unknown = np.clip(trained.estimate, *fit.ends), lower_factor(trained.covariance)
-            white, more = whitening_of(np.concatenate([s[k] @ unknown for k in inside]))
+            white, more = whitening_beside(np.concatenate([s[k] @ unknown for k in inside]))
             rows.append(white(np.concatenate([r[k] - s[k] @ change for k in inside])))
             logarithm += more
         return np.concatenate(rows), logarithm

@@ -20,14 +20,14 @@ CLOSE, CLOSE_IN_CONTACT = 0.02, 0.3  # fall of chi2 below which a further step i
 NARROW, NARROW_IN_CONTACT = 1e-8, 1e-4  # steps in spreads that are no longer taken: through contacts chi2 is rough below
 MOST_EVALUATIONS = 40  # of the residuals in the numbers
 MOST_STATE_STEPS = 12  # of the initial states at given numbers
-COARSE = 0.01  # step in spreads of the numbers below which segments are told no finer: `segment_profiles` tells the final ones
+NARROW_IN_SEGMENTS = 0.01  # the same of segments: `segment_profiles` tells their final numbers
 HELD = 0.5  # part of the promised fall of chi2 below which columns of the states are old, as where they promise as much again
 CAUTIOUS = (1.0, 0.3, 0.1)  # parts of a step of an initial state that are tried: a strong drag bends its path far from the best
 FIRM = 0.01  # what columns tell of a direction, of what they tell best, below which a long way along it shows nothing of the data
 ENDS = 2.0  # standard errors to both sides at which intervals through contacts are measured: 1.645 is the end of a 90 % interval
 NO_NEARER = 2  # linearisations in a row that promise no end within the limit and come not half as near to it: a fit is given up
-SHOWN = 1.0  # fall of chi2 from a fit to an end of its intervals that shows it at no minimum: that of one standard error
-ALIKE = 0.2  # relative change of the standard errors from one measurement of them to the next below which they are known
+NO_MINIMUM = 1.0  # fall of chi2 from a fit to an end of its intervals that shows it at no minimum: that of one standard error
+SETTLED = 0.2  # relative change of the standard errors from one measurement of them to the next below which they are known
 MEASURED = 4  # such measurements at most
 REACHES = 8  # that are tried along an axis at most: the first of them come nearer by a factor of 4 at most
 
@@ -44,7 +44,7 @@ class Elimination:
         self.beyond, self.no_nearer = np.inf, 0
         self.close, self.narrow = (CLOSE_IN_CONTACT, NARROW_IN_CONTACT) if problem.simulator.contact else (CLOSE, NARROW)
         if problem.segmented:
-            self.close, self.narrow = left_by_segments(problem), COARSE
+            self.close, self.narrow = left_by_segments(problem), NARROW_IN_SEGMENTS
         self.frees, self.start = free_numbers(model), values_of(model)
         self.spread = np.array([free.spread for free in self.frees])
         self.linear, self.best = None, (np.inf, self.start, initial_states)  # of all points seen: cost, numbers, initial states
@@ -214,13 +214,13 @@ class Ends(NamedTuple):
     """Both ends of an interval along an axis through the numbers, or the fit and one of them, in spreads."""
 
     reach: float  # from the fit to an end, or to where a law ends before
-    shown: float  # reach of the interval by what the residuals change between the ends; 0 where they are not finite
+    measured: float  # reach of the interval by what the residuals change between the ends; 0 where they are not finite
     move: np.ndarray  # from one end to the other (p,)
     change: np.ndarray  # of the residuals along with it (n + p,)
 
     def cut(self):
         """The same of an interval that ends right here, where the next one longer shows that it is no longer."""
-        return self._replace(shown=self.reach, change=self.change * self.shown / self.reach)
+        return self._replace(measured=self.reach, change=self.change * self.measured / self.reach)
 
 
 def measured_errors(problem, found):
@@ -230,7 +230,7 @@ def measured_errors(problem, found):
         path = Elimination(problem, found.model, found.initial_states)
         stood, measured = path.best[0], seen_at_ends(path, found)
         left, values, states = path.best
-        if not left < stood - SHOWN:
+        if not left < stood - NO_MINIMUM:
             return measured
         found = replace(fit(problem, with_values(found.model, values), states), step_error=found.step_error)
     return seen_at_ends(Elimination(problem, found.model, found.initial_states), found)
@@ -251,11 +251,11 @@ def seen_at_ends(path, fit):
         reaches = ENDS * np.sqrt(np.maximum(variances, 0.0))
         ends = [ends_along(path, axis, reach) for axis, reach in zip(axes.T, reaches, strict=True)]
         moves, changes = np.array([each.move for each in ends]), np.array([each.change for each in ends])
-        if not all(0 < each.shown < np.inf for each in ends) or np.linalg.matrix_rank(moves) < len(moves):
+        if not all(0 < each.measured < np.inf for each in ends) or np.linalg.matrix_rank(moves) < len(moves):
             return fit  # something cannot be simulated there, or a law ends on both sides
         former, covariance = covariance, moves.T @ np.linalg.pinv(changes @ changes.T) @ moves * units
         seen.append(np.diag(covariance))
-        if np.all(np.abs(seen[-1] / np.diag(former) - 1) < 2 * ALIKE):
+        if np.all(np.abs(seen[-1] / np.diag(former) - 1) < 2 * SETTLED):
             break
     else:
         wider = np.sqrt(np.max(seen, axis=0) / seen[-1])
@@ -270,8 +270,8 @@ def sides_along(path, covariance):
     for number, along in enumerate(covariance.T / np.sqrt(np.diag(covariance))[:, None] / path.spread):
         size = float(np.linalg.norm(along))
         for side, sign in enumerate((-1, 1)):
-            shown = ends_along(path, along / size, ENDS * size, (sign, 0)).shown
-            found[side, number] = max(shown / (ENDS * size), 1.0) if shown < np.inf else 1.0
+            measured = ends_along(path, along / size, ENDS * size, (sign, 0)).measured
+            found[side, number] = max(measured / (ENDS * size), 1.0) if measured < np.inf else 1.0
     return found
 
 
@@ -284,9 +284,9 @@ def ends_along(path, axis, reach, sides=(1, -1)):
     within, beyond = None, []  # the longest reach that shows more than itself, and all that show less
     for count in range(REACHES):
         ends = seen_from(path, axis, reach, sides)
-        if abs(ends.shown - reach) < ALIKE * reach or ends.shown == np.inf:
+        if abs(ends.measured - reach) < SETTLED * reach or ends.measured == np.inf:
             return ends
-        if ends.shown < reach:
+        if ends.measured < reach:
             beyond.append(ends)
         elif within is None or reach > within.reach:
             within = ends
@@ -294,11 +294,11 @@ def ends_along(path, axis, reach, sides=(1, -1)):
         if within is None:
             if count + 1 == MEASURED:
                 return clear_of_roughness(path, axis, beyond[0], sides)
-            reach = max(ends.shown, most / 4)
-        elif most < (1 + ALIKE) * within.reach:
+            reach = max(ends.measured, most / 4)
+        elif most < (1 + SETTLED) * within.reach:
             break
         else:
-            reach = ends.shown if within.reach < ends.shown < most else np.sqrt(within.reach * most)
+            reach = ends.measured if within.reach < ends.measured < most else np.sqrt(within.reach * most)
     return within.cut() if beyond else within
 
 
@@ -306,8 +306,8 @@ def clear_of_roughness(path, axis, ends, sides):
     """Ends along an axis (p,) ever farther off, from these on, until they show no more, or reach as far as what is believed."""
     while 2 * ends.reach < ENDS:
         former, ends = ends, seen_from(path, axis, 2 * ends.reach, sides)
-        if ends.shown < (1 + ALIKE) * former.shown:
-            return max(former, ends, key=lambda each: each.shown)
+        if ends.measured < (1 + SETTLED) * former.measured:
+            return max(former, ends, key=lambda each: each.measured)
     return ends
 
 
@@ -318,8 +318,8 @@ def seen_from(path, axis, reach, sides):
     ends = (np.clip(path.start + ways, least, most) - path.start) / path.spread
     move, change = np.subtract(*ends), np.subtract(*(path.residuals(1 + end, renew=True) for end in ends))
     size = float(np.linalg.norm(change))
-    shown = 0.0 if not np.isfinite(size) else ENDS * float(np.linalg.norm(move)) / size if size > 0 else np.inf
-    return Ends(reach, shown, move, change)
+    measured = 0.0 if not np.isfinite(size) else ENDS * float(np.linalg.norm(move)) / size if size > 0 else np.inf
+    return Ends(reach, measured, move, change)
 
 
 def chi2_of(white):

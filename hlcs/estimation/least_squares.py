@@ -43,7 +43,7 @@ def least_squares(s, r, cutoff=1e-6):
     return LinearFit(inverse @ dots, inverse @ inverse.T, float(dots @ dots))
 
 
-def whitening_of(unknown):
+def whitening_beside(unknown):
     """(function rows (n, ..) of unit variance -> the same, white for what they leave unknown too, log determinant of that):
     their covariance is 1 + J J^T, J the columns `unknown` (n, p)."""
     u, size, _ = np.linalg.svd(unknown, full_matrices=False)

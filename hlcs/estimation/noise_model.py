@@ -11,7 +11,7 @@ from hlcs.data.rounded_readings import reading_step
 from hlcs.data.turns import turned_since_first
 from hlcs.estimation.correlated_noise import LEAST_CERTAIN, MOST_WHITE, CorrelatedNoise, excess_deviance, fit_correlated_noise
 from hlcs.estimation.least_squares import basis, project_out
-from hlcs.estimation.noise_by_axis import ALIKE, axes_of, made_alike, of_measured, unlike
+from hlcs.estimation.noise_by_axis import SAME_NOISE, axes_of, made_alike, of_measured, unlike
 from hlcs.estimation.outliers import NO_TAIL, Tail, isolated_outliers, scatter_of, spread_of, tail_of
 from hlcs.estimation.rounding import COARSE, FINE, before_rounding, lattice_of, noise_below_the_step, rounded, step_of
 from hlcs.estimation.whitening import kalman_filter, whitening_of
@@ -41,7 +41,7 @@ class Noise:
     tail: Tail = NO_TAIL  # outliers that no test of single samples finds
     lattice: np.ndarray = field(default_factory=NO_STEPS.copy, repr=False)  # step and one reading of x, y, z [m]; step 0 = none
     accelerations: CorrelatedNoise | None = None
-    along: tuple = ALIKE  # sigma of a position along x, y, z, over their root mean square, which `positions` has [-]
+    along: tuple = SAME_NOISE  # sigma of a position along x, y, z, over their root mean square, which `positions` has [-]
 
     @property
     def position(self):
@@ -56,7 +56,7 @@ class Noise:
     @property
     def by_axis(self):
         """The same; None where they are alike, or unknown."""
-        return None if self.along == ALIKE else self.of_axes
+        return None if self.along == SAME_NOISE else self.of_axes
 
     def towards(self, direction):
         """One sigma of a reading of a position along a direction, a unit vector (3,) [m]; None = unknown."""
@@ -173,7 +173,7 @@ def shown_by_curves(measurement, noise):
     The curves know no model, so what they leave is no misfit of one. None where they leave no more anywhere.
     """
     found, units, along = {}, dict(zip(OF_RECORDINGS, CHANNEL_UNITS, strict=True)), noise.along
-    if along == ALIKE and noise.positions:
+    if along == SAME_NOISE and noise.positions:
         axes = zip(*map(axes_of, measurement.trials), strict=True)
         curves = (_from_flexible_curve(trials, noise.step, "position", 0.0) for trials in axes)
         along = unlike((curve and curve[0] for curve in curves), step_of(noise.lattice))

@@ -13,7 +13,7 @@ ROUGHER = 5  # looks at most at the scatter of what is left: each raises it wher
 UNSURE = 3.0  # over the root of their number: by so much the scatter of normal noise seems larger than it is once in 40 series
 END = 1.29  # scatter of white noise about what the next four samples foretell, that about the line through two neighbours being 1
 AT_ONE_PLACE = 1e-4  # chance of as many outliers at one end, or in a row, of the series: of nine channels of each set of data
-LEAST = 10  # samples of which a scatter can be told
+LEAST_OF_A_SCATTER = 10  # samples of which a scatter can be told
 CORE = 3.3  # standard deviations within which 99.9 % of normal noise lies: what is beyond is counted as outliers that stayed
 BEYOND_CORE = 0.000967  # part of normal noise that lies beyond it all the same
 CORE_VARIANCE = 0.98865  # of normal noise that is cut there
@@ -84,7 +84,7 @@ def anywhere(alone):
     part of the motion, as of a spin that ends within a sample. So is what stands out in a row in more than one of them, as all
     of a fall of three samples before a long rest.
     """
-    long = [flags for flags in alone if len(flags) >= LEAST]
+    long = [flags for flags in alone if len(flags) >= LEAST_OF_A_SCATTER]
     count, total = sum(map(np.sum, long)), sum(map(len, long))
     for end in (0, -1):
         there = sum(bool(flags[end]) for flags in long)
@@ -137,7 +137,7 @@ def isolated_outliers(times, values, spread=0.0):
 def _standing_out(times, values, spread):
     """Samples farther from the line through their neighbours than noise is, and the farthest there: boolean (n,)."""
     flags = np.zeros(len(values), bool)
-    if len(values) < LEAST:
+    if len(values) < LEAST_OF_A_SCATTER:
         return flags
     near, far = _off_the_line(times, values, 1), _off_the_line(times, values, 2)
     unknown = spread <= 0

@@ -21,17 +21,17 @@ from hlcs.estimation.linearization import free_numbers
 from hlcs.estimation.multiple_shooting import chi2_over, grown_states, improve_for, regrown, searched
 
 VALUES = 9  # of a number, at which all segments are fitted anew: a parabola through them averages what single fits leave
-WIDE = 0.1  # half of the first line of values, part of the plausible range: fits through impacts end so far from the minimum
+WIDE_LINE = 0.1  # half of the first line of values, part of the plausible range: fits through impacts end so far from the minimum
 SHORTER = 3  # times are the last steps of a walk, which begins with those of such a line
-REACH = (
+LINE_REACH = (
     10.0  # half of the lines after it [standard errors]: chi2 rises by 100, far above what fits of the segments leave (5 to 30)
 )
 LINES = 4  # through a number at most, until a short one has the minimum inside
 GROWN = 3  # at one value of so many initial states are also sought anew, and around: its neighbours take them over
 EXCHANGES = 4  # rounds in which segments try the initial states of the other values
 BUMP = 1.0  # chi2 above the mean of the values on both sides beyond which a minimum was missed, not more than noise may do
-ROUNDS = 4  # steps of the initial states in each of them
-TAIL = 0.95  # of Student's law, at which an error from few segments is told as one from many
+LINE_ROUNDS = 4  # steps of the initial states in each of them
+STUDENT = 0.95  # of Student's law, at which an error from few segments is told as one from many
 ALONE = 0.95  # part of what is known of a number that one segment may tell: beyond, the others do not see that it is wrong
 
 
@@ -104,7 +104,7 @@ def descended(problem, fit, index):
     """
     free, direction, everyone = free_numbers(fit.model)[index], followed(fit, index), np.arange(len(fit.initial_states))
     width, known = min(free.high - free.low, 1e3), {}  # (chi2, states) at each place, in the short steps
-    short = WIDE * width / (VALUES // 2) / SHORTER
+    short = WIDE_LINE * width / (VALUES // 2) / SHORTER
 
     def look(places, states):
         ends = {place: fit.estimate[index] + place * short for place in places if place not in known}
@@ -144,9 +144,9 @@ def centred(problem, fit, index, thorough=True):
     thorough: of a fit that stands at the minimum of quick lines already, so that its first line is a short one.
     """
     free = free_numbers(fit.model)[index]
-    wide, error = WIDE * min(free.high - free.low, 1e3), float(np.sqrt(max(fit.covariance[index, index], 0.0)))
-    short = thorough and 0.0 < REACH * error < wide
-    reach = REACH * error if short else wide
+    wide, error = WIDE_LINE * min(free.high - free.low, 1e3), float(np.sqrt(max(fit.covariance[index, index], 0.0)))
+    short = thorough and 0.0 < LINE_REACH * error < wide
+    reach = LINE_REACH * error if short else wide
     freedom = np.array([max(len(recording.times) - len(recording.unknown), 1) for recording in problem.recordings])
     for _ in range(LINES):
         line = along(problem, fit, index, reach, thorough)
@@ -157,7 +157,7 @@ def centred(problem, fit, index, thorough=True):
         lowest = int(np.argmin(line.chi2.sum(axis=1)))
         fit = moved(problem, fit, line, line.offsets[lowest], thorough)
         if inside:
-            short, reach = True, REACH * reading.bare
+            short, reach = True, LINE_REACH * reading.bare
         elif not thorough:  # the states of the middle of a line do not lead as far as that
             fit, short, reach = descended(problem, fit, index), False, wide
         elif not 0 < lowest < VALUES - 1:  # else it is on both sides of the lowest value, however rough: once more around that
@@ -232,7 +232,7 @@ def _exchanged(problem, model, results, place, tried):
 def _improved(problem, model, states, which, sought=False):
     """(chi2, states) after some steps of the segments `which`; sought: and around those that are missed."""
     states = states.copy()
-    improve_for(ROUNDS, problem, model, states, dict.fromkeys(which, slice(None)))
+    improve_for(LINE_ROUNDS, problem, model, states, dict.fromkeys(which, slice(None)))
     if sought:
         states = searched(problem, model, states, which)
     return _left(problem, model, states, which), states
@@ -269,7 +269,7 @@ def read(line, freedom):
     scores = slope + 2 * curvature * offset
     telling = np.maximum(curvature, 0.0) / np.sum(np.maximum(curvature, 0.0))
     few = max(1 / np.sum(telling**2) - 1, 1.0)  # degrees of freedom of as many segments as would tell it alike
-    scatter = np.sqrt(np.sum(scores**2) * (few + 1) / few) / (2 * bend) * special.stdtrit(few, TAIL) / special.ndtri(TAIL)
+    scatter = np.sqrt(np.sum(scores**2) * (few + 1) / few) / (2 * bend) * special.stdtrit(few, STUDENT) / special.ndtri(STUDENT)
     return Reading(float(offset), float(bend**-0.5), float(max(scatter, bend**-0.5)), float(telling.max()))
 
 

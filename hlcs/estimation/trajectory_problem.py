@@ -29,8 +29,8 @@ SAID = dict(
 LEVEL = 0.9999995  # z of the normal of a floor that is stated to be level: to 1 mm/m
 SLACK = 1.1  # for the noise and the fit of the furthest and the deepest path that was recorded
 STEPS = (1e-4, 1e-3, 1e-4, 1e-3)  # differences of an initial state: m, m/s, rad, rad/s
-UNSEEN = 1e-5  # norm of the white change per m, m/s, rad or rad/s of a start below which it is rounding, and the start unseen
-LEAST = 8  # samples of a recording that a fit begins with: its unknown start takes up to six
+UNSEEN_START = 1e-5  # norm of the white change per m, m/s, rad or rad/s of a start below which it is rounding
+LEAST_BEGUN = 8  # samples of a recording that a fit begins with: its unknown start takes up to six
 
 
 class TrajectoryProblem(Problem):
@@ -122,7 +122,7 @@ class TrajectoryProblem(Problem):
 
     def beginning(self):
         """The same problem with the samples of the first quarter of each recording."""
-        later = [np.arange(len(trial.times)) >= max(len(trial.times) // 4, LEAST) for trial in self.trials]
+        later = [np.arange(len(trial.times)) >= max(len(trial.times) // 4, LEAST_BEGUN) for trial in self.trials]
         dropped = [flags | its[:, None] for flags, its in zip(self.dropped, later, strict=True)]
         return self._with(dropped=dropped, step_change=None)
 
@@ -237,7 +237,7 @@ class TrajectoryProblem(Problem):
                 place += len(sides)
             table = np.nan_to_num(stacked(columns, len(residual)), posinf=0.0, neginf=0.0)  # no finite run, no derivative
             seen = whiten(recording.whitening, table)
-            state_columns.append(np.where(np.linalg.norm(seen, axis=0) > UNSEEN, seen, 0.0))
+            state_columns.append(np.where(np.linalg.norm(seen, axis=0) > UNSEEN_START, seen, 0.0))
             white.append(whiten(recording.whitening, residual))
         unperturbed = [  # not the whole batch
             Motion(*(None if part is None else part.copy() for part in motion)) for motion in trajectories[: len(which)]

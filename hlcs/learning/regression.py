@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import linalg, optimize
 
-from hlcs.estimation.least_squares import basis, least_squares, project_out, whitening_of
+from hlcs.estimation.least_squares import basis, least_squares, project_out, whitening_beside
 from hlcs.learning.laws import Law
 from minibullet.bodies import Bodies
 
@@ -173,7 +173,7 @@ class Regression:
             found, columns = self.solve(law, kind, searched, ~test)
             slopes = self.slopes(law, kind, searched, columns, found.estimate)
             every = np.hstack([columns, slopes])
-            white, logarithm = whitening_of(every[test] @ self.spread(law, every, ~test))
+            white, logarithm = whitening_beside(every[test] @ self.spread(law, every, ~test))
             left = self.residual[test] - columns[test] @ found.estimate
             missed[test] = white(left)
             foretold[test] = missed[test] if law.own_phases else left  # there only the frequency is that of the others

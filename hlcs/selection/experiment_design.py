@@ -19,7 +19,7 @@ from hlcs.records import NextExperiment
 from hlcs.selection.eligibility import to_be_given
 from hlcs.selection.thresholds import TIED
 
-QUANTILE = 1.2816  # of the normal distribution at 0.9
+NINE_IN_TEN = 1.2816  # of the normal distribution at 0.9
 MOST_TESTS = 1000  # that anybody makes
 FORETOLD = 10**8  # tests up to which it is said how much sharper they would have to be
 SOME_TESTS = 100  # that a laboratory makes with another tracker, where it would take more than MOST_TESTS
@@ -44,7 +44,7 @@ class Option(NamedTuple):
 
 def separation_for(behind):
     """Lambda with which the right one wins by more than TIED with probability 0.9, behind by some units of cost as it may be."""
-    return float((QUANTILE + np.sqrt(QUANTILE**2 + TIED + behind)) ** 2)
+    return float((NINE_IN_TEN + np.sqrt(NINE_IN_TEN**2 + TIED + behind)) ** 2)
 
 
 SEPARATION = separation_for(0.0)  # 16.4

@@ -25,7 +25,7 @@ from hlcs.selection.thresholds import BY_CHANCE, FALL, ODDS, ODDS_ALONE
 from hlcs.simulation.model import Term
 from minibullet.errors import InputError, is_number
 
-ALIKE = 0.95  # cosine of two signatures from which a tenth of the noncentrality, or less, tells them apart: 1 - 0.95^2
+LOOK_ALIKE = 0.95  # cosine of two signatures from which a tenth of the noncentrality, or less, tells them apart: 1 - 0.95^2
 SHARPEST = 1e-3  # noise, in parts of the pilot's, below which no tracker is looked for
 QUANTILES = special.ndtri(0.5 + (np.arange(20) + 0.5) / 40)  # of the size of a normal deviate
 
@@ -211,8 +211,8 @@ def beside(search, plus):
         for entry, choices in views.items()
         if entry.name != effect and entry.name in linear.entries and linear.visible(entry.name)
     }
-    search.shown, search.implied = linear.certain(search.odds, search.candidates)
-    return {name: cosine for name, cosine in cosines.items() if cosine > ALIKE}
+    search.implied_alone, search.implied = linear.certain(search.odds, search.candidates)
+    return {name: cosine for name, cosine in cosines.items() if cosine > LOOK_ALIKE}
 
 
 def _range(free):

@@ -45,8 +45,8 @@ def refit(search, proposal, states=None):
             best = search.ended[proposal.effects] = fit
         met = best and best.converged and search.cost_of(proposal.effects, best) < proposal.cost + EQUAL
         # in flight the states of a wrong model may lead to the wrong side of what acts: those that the data show come too
-        shown = contact or any(np.array_equal(there, guess) for _, there in seen)
-        if best and search.noise_alone(best) or place >= least and (again or met and shown):
+        guessed = contact or any(np.array_equal(there, guess) for _, there in seen)
+        if best and search.noise_alone(best) or place >= least and (again or met and guessed):
             break
     return best
 

@@ -36,7 +36,7 @@ def renewed(search, begun):
     if not (search.problem.simulator.contact and bare in search.models):
         return after
     after.models[bare] = search.models[bare]
-    after.implied, after.shown = search.implied, search.shown
+    after.implied, after.implied_alone = search.implied, search.implied_alone
     anew = {search.base: after.base}  # Fit that sets were foreseen from -> the same on the data as they are now
     for effects, proposal in search.foreseen.items():
         parent = proposal.parent

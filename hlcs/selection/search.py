@@ -54,7 +54,7 @@ class Search:
         self.unsure = {}  # set of one effect -> how much less than foreseen it may cost
         self.twins = set()  # sets that do as the best fits do where these stand, whatever is foreseen far from there
         self.found = {}  # Fit -> [(set that was foreseen from it, fall found, fall foreseen)]
-        self.shown = self.implied = frozenset()  # what the file implies beside the best fit: see `LinearModel.certain`
+        self.implied_alone = self.implied = frozenset()  # what the file implies beside the best fit: see `LinearModel.certain`
         self.closed = {frozenset()}  # sets that are not fitted again: they cannot be simulated, or were fitted twice
         self.begun = {}  # set -> the Fits that its own fits were foreseen from
         self.ended = {}  # set -> its Fit, of those that are fitted together
@@ -82,7 +82,7 @@ class Search:
         """What the file implies beside a set: what the data would show and, beside others, what their numbers would; a law that
         holds another one stands in its place."""
         held = {name for name in self.implied for law in effects if self.candidates[law].holds(self.candidates[name])}
-        implied = (self.implied if effects - self.implied else self.shown) - held
+        implied = (self.implied if effects - self.implied else self.implied_alone) - held
         if self.compatible(effects | implied):
             return implied
         return frozenset(name for name in implied if not self.candidates[name].through_drag)
@@ -349,7 +349,7 @@ class Search:
             reach = min(reach, self.reach() if self.budget.share < 0.5 else 0.0)
         near = [first, *(each for each in self.ranked()[1:EXPANDED] if self.cost(each) < self.cost(first) + reach)]
         if first in self.models:
-            self.shown, self.implied = self.models[first].certain(self.odds, self.candidates)
+            self.implied_alone, self.implied = self.models[first].certain(self.odds, self.candidates)
         for effects in near:
             fit = self.fits[effects]
             if effects in self.models or not np.isfinite(fit.chi2):
@@ -358,7 +358,7 @@ class Search:
             self.progress(f"screening {len(entries)} candidates{self.budget.time_left()}")
             linear = self.models[effects] = self.linear_at(fit, entries)[1]
             if effects == first:  # a slow fall through a liquid shows a lift that a free fall does not, and the reverse
-                self.shown, self.implied = linear.certain(self.odds, self.candidates)
+                self.implied_alone, self.implied = linear.certain(self.odds, self.candidates)
             if not effects:
                 expected = {name: self.candidates[name].expected for name in sorted(self.implied)}
                 self.first += ((expected, None),) if expected and self.compatible(self.implied) else ()

@@ -18,16 +18,16 @@ class FittedSets:
         cross_validation,
         overdispersion=1.0,
         alone=lambda problem, fit: fit,
-        shown=frozenset(),
+        adequate=frozenset(),
         possible=lambda effects: True,
         outdone=frozenset(),
     ):
         """overdispersion: how many residuals count as one where no set is adequate; a wrong model concentrates falsely; alone:
-        function (problem, fit) -> the fit of a set as it would be, had nothing but this set been looked at; shown: sets that are
-        adequate where none is that held-out data prove; possible: function set -> may it stand; outdone: sets that may stand, but
+        function (problem, fit) -> the fit of a set as it would be, had nothing but this set been looked at; adequate: sets that
+        are so where none is that held-out data prove; possible: function set -> may it stand; outdone: sets that may stand, but
         not as the best one, since a part of them does as well."""
         self.search, self.cross_validation, self.overdispersion, self.alone = search, cross_validation, overdispersion, alone
-        self.shown, self.possible, self.outdone = shown, possible, outdone
+        self.adequate, self.possible, self.outdone = adequate, possible, outdone
         self.judged = {}  # (Fit without an effect, Fit with it) -> HeldOut
         self.begun = {}  # set -> its Fit from a larger one, begun beside others
 
@@ -113,7 +113,7 @@ class FittedSets:
         known = [name for name in doubtful if self.without(effects, name) in fits]  # what needs no fit comes first
         if any(self.broken(effects, name) for name in known):
             return False
-        self.fit_without(effects, () if effects in self.shown else doubtful)
+        self.fit_without(effects, () if effects in self.adequate else doubtful)
         broken = any(self.broken(effects, name) for name in doubtful)
         return not broken and not any(self.absorbs(effects, name) for name in doubtful or sorted(effects))
 
@@ -138,7 +138,7 @@ class FittedSets:
         """Explanation of the rule that an effect of a set breaks on held-out data; None of none, where the set is shown by what
         it leaves, and where the data are explained without it only by numbers that contradict what the file states, such as a
         liquid as heavy as the body."""
-        if effects in self.shown or self.fit(self.without(effects, name)).contradicts:
+        if effects in self.adequate or self.fit(self.without(effects, name)).contradicts:
             return None
         return self.held_out(effects, name).broken(self.cross_validation.few, len(self.search.candidates))
 

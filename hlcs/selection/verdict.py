@@ -57,8 +57,8 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     fitted = partial(FittedSets, search, cross_validation, alone=experiment.alone)
     sets, (judged, best, after, table_after) = best_set(fitted, finished)
     learned = None if after.adequate or search.budget.stopped else learned_law(experiment, sets)
-    shown = None if after.adequate or learned or search.budget.stopped else experiment.starts_shown
-    sets, (judged, best, after, table_after), starts = starts_first(fitted, finished, sets, shown)
+    starts_shown = None if after.adequate or learned or search.budget.stopped else experiment.starts_shown
+    sets, (judged, best, after, table_after), starts = starts_first(fitted, finished, sets, starts_shown)
     effects = sets.best
     search.progress("comparing sets")
     ordered, places = sets.ordered(effects), sets.alternatives()
@@ -166,14 +166,14 @@ def best_set(fitted, finished):
         sets = fitted(1.0)
         at_best = finished(sets.best)
     if at_best[2].adequate:
-        return best_shown(sets, fitted, finished)
-    if shown := adequate_ones(sets, finished):
-        return best_shown(fitted(1.0, shown=shown), partial(fitted, shown=shown), finished)
+        return best_of_adequate(sets, fitted, finished)
+    if adequate := adequate_ones(sets, finished):
+        return best_of_adequate(fitted(1.0, adequate=adequate), partial(fitted, adequate=adequate), finished)
     sets = fitted(max(at_best[2].overdispersion, 1.0)).tempered()
     return sets, finished(sets.best)
 
 
-def best_shown(sets, fitted, finished):
+def best_of_adequate(sets, fitted, finished):
     """What `best_set` gives of adequate sets: of the best of them whose effects are all shown, by their own numbers and beside
     the others.
 
@@ -277,18 +277,18 @@ def _described(sets, members, final, errors, parameters):
     }
 
 
-def _parameters(sets, final, shown):
+def _parameters(sets, final, chosen):
     """{effect: {number: value, low, high, unit}} of all effects of some sets; final: {set: its final Fit}, that of the best of
     all among them, of the others that of the search counts."""
-    fits = {members: final.get(members, sets.search.fits[members]) for members in shown}
+    fits = {members: final.get(members, sets.search.fits[members]) for members in chosen}
     numbers = {}
-    for name in dict.fromkeys(name for members in shown for name in sets.ordered(members)):
+    for name in dict.fromkeys(name for members in chosen for name in sets.ordered(members)):
         entry = sets.search.candidates[name]
-        holding = [(sets.weights[members], fits[members]) for members in shown if name in members]
+        holding = [(sets.weights[members], fits[members]) for members in chosen if name in members]
         freedom = final[sets.best].freedom
         numbers[name] = {
             free.name: _withheld(holding[0][1], entry, free)
-            or annotated(_of_both_signs(sets, shown, name, free, _interval(sets, holding, name, free, freedom)), free, entry)
+            or annotated(_of_both_signs(sets, chosen, name, free, _interval(sets, holding, name, free, freedom)), free, entry)
             for free in entry.free
         } | {constant: {"value": value, "low": value, "high": value, "unit": "1"} for constant, value in entry.constants}
     return numbers
@@ -300,15 +300,15 @@ def _interval(sets, holding, name, free, freedom):
     return interval(known, free, freedom)
 
 
-def _of_both_signs(sets, shown, name, free, number):
+def _of_both_signs(sets, chosen, name, free, number):
     """The number with an interval to both sides of its absence, where beyond the first one the other sign explains the data as
-    well: a wind across the picture of a camera. shown: sets, the heaviest first."""
+    well: a wind across the picture of a camera. chosen: sets, the heaviest first."""
     entry, problem = sets.search.candidates[name], sets.search.problem
     if entry.setting or free.null is None or not free.least <= (mirrored := 2 * free.null - number["value"]) <= free.most:
         return number
     if number["low"] <= mirrored <= number["high"]:  # a number near its absence has both signs in its interval
         return number
-    fit = sets.search.fits[next(members for members in shown if name in members)]
+    fit = sets.search.fits[next(members for members in chosen if name in members)]
     place = fit.model.terms_named(name)
     models = [fit.model.with_at(place, fit.model.terms[place].numbers | {free.name: at}) for at in (number["value"], mirrored)]
     try:
@@ -342,11 +342,11 @@ def _withheld(fit, entry, free):
     if why or entry.setting or free.null is None:
         return why and nothing | {"why": why}
 
-    def unshown(each):
+    def hidden(each):
         place = _place(fit, entry.name, each.name)
         return fit.information[place, place] < 1 and each.null is not None and abs(fit.estimate[place] - each.null) <= each.spread
 
-    if not unshown(free) or all(map(unshown, entry.free)):
+    if not hidden(free) or all(map(hidden, entry.free)):
         return None
     there = f"{free.null:g} {'' if free.unit == '1' else free.unit}".rstrip()
     why = f"these data do not show it: near {there} nothing that was measured changes with it"

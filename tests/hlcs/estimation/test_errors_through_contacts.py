@@ -44,7 +44,7 @@ def test_numbers_of_which_only_one_combination_is_told_are_known_no_better_than_
     """(m + I/r2) a = m g arm/r tells arm / (1 + 2/5 f) and not f, the factor of two moments of inertia: darm = arm 2/7 df.
 
     The Cramer-Rao bound of f has nothing but what is believed of both, each to 1.5 / sqrt(2): 0.75. An interval is measured to a
-    fifth (ALIKE).
+    fifth (SETTLED).
     """
     measurement, problem, states = rolls(tmp_path, (0.3, 2.4))
     rolling, inertia = (candidates_for(measurement, True, [name])[0][0] for name in ("rolling_friction", "inertia_error"))
@@ -59,7 +59,7 @@ def test_numbers_of_which_only_one_combination_is_told_are_known_no_better_than_
 def test_a_friction_at_which_a_ball_grips_its_floor_is_bounded_from_below_alone(tmp_path):
     """A solid ball that grips keeps 5/7 of its speed along the floor (2/7 v = mu (1 + e) u where it just does: mu = 0.078 here),
     and any larger friction does the same. From 0.1 an interval goes down to where the ball slides, where ends are found to a
-    fifth (ALIKE) for the covariance and for the side, and up as far as it was believed: more than 0.3."""
+    fifth (SETTLED) for the covariance and for the side, and up as far as it was believed: more than 0.3."""
     rebound, along, height = 0.75, 1.5, 0.5
     moment, speed, times = np.sqrt(2 * height / G), np.sqrt(2 * height * G), np.arange(0, 0.7, 0.005)
     since = np.maximum(times - moment, 0.0)

@@ -72,7 +72,8 @@ def rough(rate, count):
 def test_rough_residuals_do_not_make_an_interval_narrower(wrong):
     """The Cramer-Rao bound of the slope is sigma^2 / Sxx, whatever the solver adds. It adds 2 * 16 * 3^2 = 288 to the square of
     each change, of which two standard errors to both sides are 16: ends that are not farther off show a fourth of the error. The
-    reading over a reach that shows no more is short by a fifth at most (ALIKE), and chance does as much: 288 is known to a third.
+    reading over a reach that shows no more is short by a fifth at most (SETTLED), and chance does as much: 288 is known to
+    a third.
     """
     problem, (centred, sigma) = Uneven(rough), ([t - t.mean() for t in TIMES], 0.01)
     fit = Line.fit(Line(TIMES, problem.values, sigma), model(3.0))
@@ -83,7 +84,7 @@ def test_rough_residuals_do_not_make_an_interval_narrower(wrong):
 
 @pytest.mark.parametrize("part", [0.2, 0.7])
 def test_an_interval_ends_where_the_law_is_cut(part):
-    """Beyond a part of two standard errors rows leap by 100 sigmas and more: the interval reaches as far, to a fifth (ALIKE)."""
+    """Beyond a part of two standard errors rows leap by 100 sigmas and more: the interval reaches there, to a fifth (SETTLED)."""
     centred = [t - t.mean() for t in TIMES]
     error = 0.01 / np.sqrt(sum(t @ t for t in centred))
     wall = part * 2 * error

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hlcs.effects import Free
-from hlcs.estimation.least_squares import basis, belief, largest_cosine, least_squares, whitening_of
+from hlcs.estimation.least_squares import basis, belief, largest_cosine, least_squares, whitening_beside
 
 
 def test_columns_that_say_the_same_share_the_estimate():
@@ -36,7 +36,7 @@ def test_what_is_believed_are_rows_whose_squares_are_the_surprise():
 def test_what_is_left_unknown_widens_what_is_white(generator):
     """Rows of covariance 1 + J J^T: their squares are those of r^T (1 + J J^T)^-1 r, alone and many side by side."""
     unknown, rows = generator.standard_normal((6, 2)), generator.standard_normal((6, 3))
-    white, logarithm = whitening_of(unknown)
+    white, logarithm = whitening_beside(unknown)
     covariance = np.eye(6) + unknown @ unknown.T
     np.testing.assert_allclose((white(rows) ** 2).sum(axis=0), np.diag(rows.T @ np.linalg.solve(covariance, rows)), rtol=1e-12)
     np.testing.assert_allclose(white(rows[:, 0]), white(rows)[:, 0], rtol=1e-12)

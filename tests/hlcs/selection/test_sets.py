@@ -87,7 +87,7 @@ def test_what_leaves_nothing_but_noise_stands_where_the_data_contradict_all_that
 
     class Unproved(FittedSets):
         def broken(self, effects, name):
-            return None if effects in self.shown else "held-out data are too few"
+            return None if effects in self.adequate else "held-out data are too few"
 
     def finished(effects):
         return None, search.fits[effects], SimpleNamespace(adequate=adequate and effects == law, overdispersion=2.0)
@@ -140,7 +140,7 @@ def test_a_second_effect_does_not_stand_beside_an_adequate_set_without_it_that_d
 
     class Proved(FittedSets):
         def broken(self, effects, name):
-            return None if proved or effects in self.shown else "held-out data are too few"
+            return None if proved or effects in self.adequate else "held-out data are too few"
 
     def finished(effects):
         return problem, search.fits[effects], SimpleNamespace(adequate=bool(effects), overdispersion=1.0)
