@@ -18,9 +18,9 @@ from minibullet.errors import InputError
 
 CLOSE, CLOSE_IN_CONTACT = 0.02, 0.3  # fall of chi2 below which a further step is not worth its simulations
 NARROW, NARROW_IN_CONTACT = 1e-8, 1e-4  # steps in spreads that are no longer taken: through contacts chi2 is rough below
+NARROW_IN_SEGMENTS = 0.01  # the same of segments: `segment_profiles` tells their final numbers
 MOST_EVALUATIONS = 40  # of the residuals in the numbers
 MOST_STATE_STEPS = 12  # of the initial states at given numbers
-NARROW_IN_SEGMENTS = 0.01  # the same of segments: `segment_profiles` tells their final numbers
 HELD = 0.5  # part of the promised fall of chi2 below which columns of the states are old, as where they promise as much again
 CAUTIOUS = (1.0, 0.3, 0.1)  # parts of a step of an initial state that are tried: a strong drag bends its path far from the best
 FIRM = 0.01  # what columns tell of a direction, of what they tell best, below which a long way along it shows nothing of the data

@@ -14,7 +14,7 @@ import numpy as np
 
 from hlcs.estimation.budget import Budget
 from hlcs.estimation.fitting import left_by_segments
-from hlcs.selection.eligibility import lacks_drag
+from hlcs.selection.candidate_sets import CandidateSets
 from hlcs.selection.prediction import LinearModel, Proposal, signatures
 from hlcs.selection.preview import FARTHER, HERE, Preview, misfit
 from hlcs.selection.refitting import refit
@@ -34,17 +34,17 @@ from hlcs.selection.thresholds import (
 )
 
 
-class Search:
+class Search(CandidateSets):
     """The fitted sets of effects of one problem."""
 
     def __init__(self, problem, candidates, base, odds=ODDS, progress=None, readings=None, first=(), budget=None):
         """base: Fit of the model under test; odds: against one effect; readings: candidate -> its numbers as the data show them
         without the model; first: sets that are fitted whatever is foreseen of them, ({candidate: its numbers}, initial states or
         None) each: far from the data nothing foresees them; budget: of a search that this one goes on with."""
-        self.problem, self.base, self.odds = problem, base, odds
-        self.candidates = {entry.name: entry for entry in sorted(candidates, key=lambda entry: entry.name)}
+        super().__init__(candidates, base.model.kinds, odds)
+        self.problem, self.base = problem, base
         self.progress, self.readings, self.first = progress or (lambda text: None), readings or {}, tuple(first)
-        self.preview, self.base_kinds = Preview(problem, base.model, self.candidates), base.model.kinds
+        self.preview = Preview(problem, base.model, self.candidates)
         self.budget = budget or Budget(problem)
         self.fits = {frozenset(): base}  # names of effects -> their best fit
         self.fits_for_verdict = {}  # the same of sets that the search had no need of, fitted for the verdict
@@ -54,7 +54,6 @@ class Search:
         self.unsure = {}  # set of one effect -> how much less than foreseen it may cost
         self.twins = set()  # sets that do as the best fits do where these stand, whatever is foreseen far from there
         self.found = {}  # Fit -> [(set that was foreseen from it, fall found, fall foreseen)]
-        self.implied_alone = self.implied = frozenset()  # what the file implies beside the best fit: see `LinearModel.certain`
         self.closed = {frozenset()}  # sets that are not fitted again: they cannot be simulated, or were fitted twice
         self.begun = {}  # set -> the Fits that its own fits were foreseen from
         self.ended = {}  # set -> its Fit, of those that are fitted together
@@ -69,24 +68,6 @@ class Search:
         """The same of any Fit of a set."""
         return fit.cost + self.price(effects, fit)
 
-    def price(self, effects, fit=None):
-        """The odds against a set: against each effect, once more against a law that holds another as a special case; where the
-        file implies effects that these data would show (the lift of a stated fluid) once against the absence of any, or against
-        what contradicts the file in its `fit`; none against what the file states to be uncertain (the length of a pixel)."""
-        implied = self.implied_beside(effects)
-        entries = [self.candidates[name] for name in effects if name not in implied and not self.candidates[name].doubted]
-        against = sum(1 + any(map(entry.holds, self.candidates.values())) for entry in entries)
-        return self.odds * (against + (bool(implied - effects) or fit is not None and fit.contradicts))
-
-    def implied_beside(self, effects):
-        """What the file implies beside a set: what the data would show and, beside others, what their numbers would; a law that
-        holds another one stands in its place."""
-        held = {name for name in self.implied for law in effects if self.candidates[law].holds(self.candidates[name])}
-        implied = (self.implied if effects - self.implied else self.implied_alone) - held
-        if self.compatible(effects | implied):
-            return implied
-        return frozenset(name for name in implied if not self.candidates[name].through_drag)
-
     def ranked(self):
         """The fitted sets, the best first."""
         return sorted(self.fits, key=lambda effects: (self.cost(effects), sorted(effects)))
@@ -98,17 +79,6 @@ class Search:
     def noise_alone(self, fit):
         """Does a fit leave nothing but noise, as far as the sum of squares can tell, and with numbers that are plausible?"""
         return self.excess(fit) < 0 and all(free.plausible(value) for _, free, value in fit.numbers)
-
-    def compatible(self, effects):
-        """May these candidates stand in one model? Not two forms of a law in the same power, nor what acts by an absent drag."""
-        entries = [self.candidates[name] for name in effects]
-        forms = [(entry.form_of, power) for entry in entries if entry.form_of for power in entry.kind.powers]
-        kinds = [*self.base_kinds, *(entry.kind for entry in entries)]
-        return len(forms) == len(set(forms)) and not any(lacks_drag(entry, kinds) for entry in entries)
-
-    def count(self, effects):
-        """How many numbers a set has that a fit must find, one at least."""
-        return max(sum(len(self.candidates[name].free) for name in effects - self.implied), 1)
 
     # --- best first -----------------------------------------------------------------------------------------------------------
 
@@ -260,14 +230,6 @@ class Search:
     def simpler(self, effects):
         """Its `parts` that are not fitted."""
         return [few for few in self.parts(effects) if self.compatible(few) and few not in self.fits and few not in self.closed]
-
-    def parts(self, effects):
-        """Sets without one of the doubtful effects of a set, or with a special case in the place of its law."""
-        sets = []
-        for name in sorted(effects - self.implied):
-            held = [other for other in self.candidates if self.candidates[name].holds(self.candidates[other])]
-            sets += [effects - {name}, *(effects - {name} | {other} for other in held)]
-        return sets
 
     def costs_of_parts(self, best):
         """{fitted set: what a set that holds it must stay below}. Where the best one has proved that something is missing, what
