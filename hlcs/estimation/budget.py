@@ -30,7 +30,7 @@ class Budget:
     def __init__(self, problem):
         self.problem, self.simulator = problem, problem.simulator
         self.limit = FLIGHT_LIMIT
-        if self.simulator.contact:
+        if self.problem.contact:
             self.limit = TUMBLING_LIMIT if problem.segmented else SMOOTH_LIMIT
         self.start, self.begun = self.simulator.body_steps, perf_counter()
         self.full = False  # are as many sets fitted as a search may fit?
@@ -72,7 +72,7 @@ class Budget:
         """Places of the fits, of so many numbers each, that what is left allows for in one batch, at most so many. Of segments,
         where a fit is a good part of the limit, as told by what each number took so far, those that are too dear passed over;
         through other contacts the first two at least; where nothing touches one after the other."""
-        if not self.simulator.contact:
+        if not self.problem.contact:
             return [0]
         left = (1 - self.share) * self.limit
         if self.problem.segmented and self.numbers:

@@ -42,7 +42,7 @@ class Elimination:
     def __init__(self, problem, model, initial_states, limit=None):
         self.problem, self.model, self.limit = problem, model, limit or (lambda: np.inf)
         self.beyond, self.no_nearer = np.inf, 0
-        self.close, self.narrow = (CLOSE_IN_CONTACT, NARROW_IN_CONTACT) if problem.simulator.contact else (CLOSE, NARROW)
+        self.close, self.narrow = (CLOSE_IN_CONTACT, NARROW_IN_CONTACT) if problem.contact else (CLOSE, NARROW)
         if problem.segmented:
             self.close, self.narrow = left_by_segments(problem), NARROW_IN_SEGMENTS
         self.frees, self.start = free_numbers(model), values_of(model)

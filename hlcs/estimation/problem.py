@@ -40,9 +40,14 @@ class Problem:
         return len(self.trials)
 
     @property
+    def contact(self):
+        """Does anything touch?"""
+        return self.simulator.contact
+
+    @property
     def difference_scale(self):
         """Size of finite differences relative to the smooth case: contacts need wider ones."""
-        return 10.0 if self.simulator.contact else 1.0
+        return 10.0 if self.contact else 1.0
 
     def batched(self, functions):
         """[function() for function in functions]; what they simulate on the way is simulated in batches."""
@@ -107,7 +112,7 @@ class Problem:
         while True:
             step = -amount if value + amount > free.most else amount
             changes = change(step, initial_states)
-            if known or not self.simulator.contact:
+            if known or not self.contact:
                 break
             found = size(changes)
             fitting = 1.5 * LEAST_CHANGE / max(found, 1e-9)
@@ -117,10 +122,10 @@ class Problem:
                 amount = max(amount * fitting, least)
             else:
                 break
-        if not known and self.simulator.contact:
+        if not known and self.contact:
             self.difference_steps[name, free.name] = min(amount, widest * WIDE / reach)
         moves = [np.zeros(columns.shape[1]) for columns in linear().state_columns]
-        if self.simulator.contact and any(len(move) for move in moves) and np.isfinite(size(changes)):
+        if self.contact and any(len(move) for move in moves) and np.isfinite(size(changes)):
             absorbed = zip(linear().state_columns, changes, strict=True)
             along = [-least_squares(columns, part).estimate for columns, part in absorbed]
             followed = change(step, self.stepped(initial_states, along))

@@ -69,9 +69,9 @@ class TrajectoryProblem(Problem):
             key: trial.start[key] for key in ("orientation", "angular_velocity") if key in trial.start and not there[:, 3].any()
         }
         known = trial if self.starts_stated else replace(trial, start=turns)
-        unknown = unknowns(known, there.any(axis=0), self.simulator.seated[index], self.lies_flat[index], self.simulator.contact)
+        unknown = unknowns(known, there.any(axis=0), self.simulator.seated[index], self.lies_flat[index], self.contact)
         # through contacts columns are rough: how much they tell of a start differs by chance from model to model
-        spreads = None if self.simulator.contact else belief_in(unknown, trial)
+        spreads = None if self.contact else belief_in(unknown, trial)
         return Recording(channel, sample, times, noise.whitening(channel, times), unknown, spreads)
 
     def with_noise(self, noise):
@@ -107,7 +107,7 @@ class TrajectoryProblem(Problem):
         """Can turns be missed by more than half a turn, so that minima are many: measured ones, through contacts, and of whole
         recordings?"""
         turns = any(have_unit(recording.channel, "rad").any() for recording in self.recordings)
-        return turns and self.simulator.contact and not self.segmented
+        return turns and self.contact and not self.segmented
 
     def begun(self, model, initial_states):
         """(Model, initial states) to begin a fit from: these, or where turns have gone round those of a fit of the first samples,
@@ -130,7 +130,7 @@ class TrajectoryProblem(Problem):
     def leaps(self):
         """Do readings leap where a body stops or hits? A step ends right where the next reading begins to leap, and from there a
         derivative to one side says nothing of the other."""
-        return self.simulator.contact and any(trial.accelerations for trial in self.trials)
+        return self.contact and any(trial.accelerations for trial in self.trials)
 
     def leave_out(self, flags):
         """Leave isolated samples out, these and no others, for every model alike: flags is a list of (n, 9) booleans."""
@@ -145,7 +145,7 @@ class TrajectoryProblem(Problem):
     def initial_guess(self):
         """Initial states read off the first samples, (trials, 13); what the file states is taken from there."""
         known = zip(self.trials, self.simulator.start_time, self.simulator.seated, self.lies_flat, strict=True)
-        return np.array([initial_guess(*trial, self.simulator.contact) for trial in known])
+        return np.array([initial_guess(*trial, self.contact) for trial in known])
 
     def residuals_of(self, owner, trajectories):
         """Measured - model at the observations of runs, list of (n_obs,) [m, rad, m/s2]; trajectories: their Motions; owner:
@@ -270,9 +270,7 @@ class TrajectoryProblem(Problem):
         longest = max(first, key=lambda k: (np.ptp(self.trials[k].times), self.trials[k].name))
         simulator, trial = self.simulator, self.trials[longest]
         other_bodies = other_bodies_tell((*final.model.terms, *other.model.terms))
-        changes = changes_of(
-            trial, final.initial_states[longest], simulator.contact, bool(simulator.seated[longest]), other_bodies
-        )
+        changes = changes_of(trial, final.initial_states[longest], self.contact, bool(simulator.seated[longest]), other_bodies)
         new = self._changed(final.model, longest, [change[2] for change in changes])
         starts = np.array([change[1] for change in changes])
         with np.errstate(all="ignore"):

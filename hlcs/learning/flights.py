@@ -68,7 +68,7 @@ def double_integral(times, nodes):
 
 def flights_of(problem, fit):
     """The Flight of every stretch without contact around a fit, moved by the force that the residuals themselves show."""
-    touching = [problem.simulator.contact and trial.surroundings.floor_height is not None for trial in problem.trials]
+    touching = [problem.contact and trial.surroundings.floor_height is not None for trial in problem.trials]
     parts = [(between_impacts if touches else whole)(problem, fit.linearization, k) for k, touches in enumerate(touching)]
     found = [_flight(part) for of_one in parts for part in of_one]
     found = [flight for flight in found if len(flight.strength)]  # orientations alone, or too few positions, show no force

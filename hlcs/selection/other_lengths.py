@@ -17,7 +17,7 @@ def lasting(problem, base, factor):
 
     None where they have too few samples, and where they go on with contacts or through a floor.
     """
-    if problem.simulator.contact and factor > 1 or any(factor * len(trial.times) < FEWEST_SAMPLES for trial in problem.trials):
+    if problem.contact and factor > 1 or any(factor * len(trial.times) < FEWEST_SAMPLES for trial in problem.trials):
         return None
     empty = [with_samples(trial, int(factor * len(trial.times))) for trial in problem.trials]
     known = problem.simulator

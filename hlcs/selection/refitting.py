@@ -12,7 +12,7 @@ def refit(search, proposal, states=None):
     """The best fit of a set, from where it was foreseen and, while more than noise is left, from elsewhere; None where no fit
     can be made. states: the initial states of a fit with the numbers of the proposal, where one was made before."""
     best, guess, seen, costs, parent = None, search.problem.initial_guess(), [], [], proposal.parent
-    contact = search.problem.simulator.contact
+    contact = search.contact
     # through contacts a fit that nothing foresaw may yet find its way; elsewhere what it promises is seen from afar
     limited = np.isfinite(proposal.cost) or not contact
     limit = partial(search.limit, proposal.effects) if limited else None

@@ -33,7 +33,7 @@ def renewed(search, begun):
     """
     after = begun(first=[(search.fits[effects].model.numbers, search.fits[effects].initial_states) for effects in kept(search)])
     bare = frozenset()
-    if not (search.problem.simulator.contact and bare in search.models):
+    if not (search.contact and bare in search.models):
         return after
     after.models[bare] = search.models[bare]
     after.implied, after.implied_alone = search.implied, search.implied_alone
@@ -83,7 +83,7 @@ def unsettled(search, sets, best):
     """Those of the sets of which the best one, which leaves more than noise, explains less than half of what they leave: how many
     residuals count as one is not known yet. In flight, where nothing foresees them from far away; of sets that hold another
     one that other, from which they are foreseen."""
-    excess = {} if search.problem.simulator.contact else {effects: search.excess(search.fits[effects]) for effects in sets}
+    excess = {} if search.contact else {effects: search.excess(search.fits[effects]) for effects in sets}
     least = excess.get(best, 0.0)
     alike = [effects for effects in excess if least > 0 and HELPS * excess[effects] <= least]
     return [effects for effects in alike if not any(few < effects for few in alike)]

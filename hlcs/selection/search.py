@@ -58,6 +58,16 @@ class Search(CandidateSets):
         self.begun = {}  # set -> the Fits that its own fits were foreseen from
         self.ended = {}  # set -> its Fit, of those that are fitted together
 
+    @property
+    def contact(self):
+        """Does anything touch?"""
+        return self.problem.contact
+
+    @property
+    def rough(self):
+        """chi2 by which fits of segments may miss their minimum; 0 where there are none."""
+        return left_by_segments(self.problem)
+
     # --- what a set costs -----------------------------------------------------------------------------------------------------
 
     def cost(self, effects):
@@ -119,11 +129,11 @@ class Search(CandidateSets):
             if (best := self.ranked()[0]) not in self.models:  # it has changed with what the file implies beside it
                 continue
             limit, explained = self.cost(best) + self.reach(), self.noise_alone(self.fits[best])
-            known, contact = (limit, explained, self.costs_of_parts(best)), self.problem.simulator.contact
+            known = limit, explained, self.costs_of_parts(best)
             promising = [each for each in self.open_proposals() if self.promising(each, *known)]
             promising.sort(key=lambda each: (self.hoped(each, *known), sorted(each.effects)))
             self.budget.left_out, self.budget.full = len(promising), refits >= REFITS
-            if not promising or pause(best, self.hoped(promising[0], *known) if contact else promising[0].cost):
+            if not promising or pause(best, self.hoped(promising[0], *known) if self.contact else promising[0].cost):
                 break
             twice = max(promising[0].cost, 0.0) / HELPS  # what is foreseen to leave more comes later, if ever
             together = self.first_ones(self.parts_first([each for each in promising if each.cost <= twice], limit), promising)
@@ -151,7 +161,7 @@ class Search(CandidateSets):
             begun.append((left, sorted(numbers), numbers, states))
         begun.sort(key=lambda each: each[:2])
         for left, names, numbers, states in begun:
-            explained = self.problem.simulator.contact and self.noise_alone(self.fits[self.ranked()[0]])
+            explained = self.contact and self.noise_alone(self.fits[self.ranked()[0]])
             known = self.fits.get(effects := frozenset(names))
             if not (known and self.excess(known) < 0) and (left < begun[0][0] + REACH or not explained):
                 self.fit_sets([Proposal(np.inf, effects, numbers, self.base)], states)
@@ -245,13 +255,12 @@ class Search(CandidateSets):
         effect of a flight need not: what it absorbs is told. Through contacts, where a fit costs a hundred times as much, a set
         must also be borne out where what it replaces is not.
         """
-        contact, rough = self.problem.simulator.contact, left_by_segments(self.problem)
-        parts = [cost - rough for known, cost in costs.items() if known < proposal.effects]
+        parts = [cost - self.rough for known, cost in costs.items() if known < proposal.effects]
         if not self.hoped(proposal, limit, explained, costs) < min([limit, *parts]) or self.adorned(proposal):
             return False
-        if contact and not self.borne_out(proposal):
+        if self.contact and not self.borne_out(proposal):
             return False
-        if explained or not contact and len(proposal.effects - self.implied) == 1:
+        if explained or not self.contact and len(proposal.effects - self.implied) == 1:
             return True
         fall = misfit(self.base) - misfit(proposal.parent) + proposal.fall - self.lost(proposal)
         return fall > HELPS * self.excess(self.base) * (1.0 if self.found else FORESEEN)
@@ -260,12 +269,12 @@ class Search(CandidateSets):
         """The least that a set may cost. A linear model may promise too little: in flight by what a look there shows; through
         contacts, of a set that holds none of the best ones, by as much more of all that it takes away as fits found, of a single
         effect by FORESEEN of it at least, but of segments, which fit by chance; a twin of what explains the data by anything."""
-        effects, contact, rough = proposal.effects, self.problem.simulator.contact, left_by_segments(self.problem)
+        effects = proposal.effects
         more = 0.0 if explained or effects in self.fits else self.unsure.get(effects, 0.0)
-        if contact and explained and effects in self.twins:
+        if self.contact and explained and effects in self.twins:
             more = np.inf
-        elif contact and all(cost - rough > limit for known, cost in costs.items() if known < effects):
-            single = not rough and effects not in self.fits and len(effects - self.implied) == 1
+        elif self.contact and all(cost - self.rough > limit for known, cost in costs.items() if known < effects):
+            single = not self.rough and effects not in self.fits and len(effects - self.implied) == 1
             share = max(self.share_found(self.base) - 1, FORESEEN if single else 0.0)
             more = max(share * (misfit(self.base) - misfit(proposal.parent) + proposal.fall), 0.0)
         return self.likely(proposal) - more
@@ -307,7 +316,7 @@ class Search(CandidateSets):
         foreseen of that. Through contacts, where this is dear, only of those that are as good in units of what it leaves."""
         first = self.ranked()[0]
         reach = TIED if self.noise_alone(self.fits[first]) else np.inf
-        if self.problem.simulator.contact:
+        if self.contact:
             reach = min(reach, self.reach() if self.budget.share < 0.5 else 0.0)
         near = [first, *(each for each in self.ranked()[1:EXPANDED] if self.cost(each) < self.cost(first) + reach)]
         if first in self.models:
@@ -328,7 +337,7 @@ class Search(CandidateSets):
             self.twins |= linear.twins(ALIKE)
             begins = effects in (frozenset(), self.implied)
             singles = [proposal for proposal in proposals if effects < proposal.effects and len(proposal.effects - effects) == 1]
-            if begins and not self.problem.simulator.contact:
+            if begins and not self.contact:
                 looks = self.preview.look(singles)
                 self.unsure |= looks
                 bent = [each for each in singles if looks[each.effects] > max(each.fall, self.reach())]
@@ -336,7 +345,7 @@ class Search(CandidateSets):
             elif begins:
                 explained = any(proposal.fall >= self.excess(fit) for proposal in proposals)
                 proposals += self.preview.looked(singles, HERE if explained else FARTHER)
-            if not effects and self.problem.simulator.contact and not self.noise_alone(fit):
+            if not effects and self.contact and not self.noise_alone(fit):
                 self.first += tuple((proposal.numbers, None) for proposal in singles if self.doubted(proposal))
                 stated = {name for numbers, _ in self.first for name in numbers if self.candidates[name].setting}
                 self.first += tuple((each.numbers, None) for each in proposals if each.effects == stated and len(stated) > 1)

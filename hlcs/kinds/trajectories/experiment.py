@@ -153,7 +153,7 @@ class Trajectories:
 
     def learn(self, problem, fit, best):
         """The Learned law that explains what a fit leaves, of rebounds or of a force, or None; best: Fit of the best effects."""
-        whole = problem.simulator.contact and not problem.segmented
+        whole = problem.contact and not problem.segmented
         readings = reliable(self._impacts, "restitution") if whole else []
         return learn_rebounds(problem, fit, best, readings, polished, self.measurement.file.hold_out) or learn(problem, fit)
 
@@ -181,7 +181,7 @@ class Trajectories:
         elif few is not many:  # cheaper than feared
             few, many, notes = screening_subset(measurement, contact, SMOOTH_LIMIT, prepared.problem.simulator.time_step)
             prepared = prepare(few, own, noise, likely)
-        contact = prepared.problem.simulator.contact  # of these few
+        contact = prepared.problem.contact  # of these few
         chosen, absent = self._candidates(few, contact, candidates)
         strong = {} if contact else drags_shown(chosen, few.trials)
         bent = drags_between_impacts(chosen, few.trials, read_drags(self.measurement, noise), read) if contact else {}

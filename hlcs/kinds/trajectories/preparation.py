@@ -230,7 +230,7 @@ def fitted(problem, model, likely=()):
     The Problem is another where recordings were split into segments, rest at the end or isolated samples left out.
     """
     notes = []
-    if problem.simulator.contact:
+    if problem.contact:
         problem, notes = split_into_segments(problem, model)
     base = problem.fit(model)
     if problem.segmented:
@@ -317,7 +317,7 @@ def isolated(problem, raw):
     No accelerations through contacts: where a slide stops or an impact comes a little late, a good reading stands alone too.
     """
     flags = [np.zeros((len(trial.times), len(CHANNELS)), bool) for trial in problem.trials]
-    judged = [k for k, name in enumerate(CHANNELS) if not (problem.simulator.contact and unit_of(name, "m") == "m/s2")]
+    judged = [k for k, name in enumerate(CHANNELS) if not (problem.contact and unit_of(name, "m") == "m/s2")]
     for channel in judged:
         readings = [recording.channel == channel for recording in problem.recordings]
         series = [

@@ -159,7 +159,7 @@ def polished(problem, fit):
     """A final fit through contacts, the error of the time step at its own numbers taken out: that of the model under test may
     be another, since what was found may bring motion that this step spoils. Numbers of segments are profiled; intervals of others
     measured, where the model is adequate: of a wrong one they tell nothing."""
-    if not problem.simulator.contact or not fit.model.terms:
+    if not problem.contact or not fit.model.terms:
         return fit
     if problem.segmented:
         return profiled(problem, fit)
@@ -197,7 +197,7 @@ def alone(problem, fit):
 def with_step_error(problem, fit):
     """A fit through contacts that is told beside the final one, with what the step does to its numbers as one run in half of it
     shows, of the recordings whose body does not go another way there."""
-    if not problem.simulator.contact or not fit.model.terms or problem.segmented:
+    if not problem.contact or not fit.model.terms or problem.segmented:
         return fit
     try:
         left = _first_order(problem, changed_by_half(problem, fit))
@@ -221,7 +221,7 @@ def _aside(problem, fit, better):
 def misfit_by_step(problem, fit):
     """chi2 that the error of the time step leaves in a fit of flights, whose starts and numbers take the rest, as one run in half
     of the step shows; through contacts 0: there predictions are corrected for it."""
-    if problem.simulator.contact:
+    if problem.contact:
         return 0.0
     try:
         white = problem.whitened(changed_by_half(problem, fit))

@@ -25,7 +25,7 @@ def test_the_time_left_is_what_the_rest_of_the_limit_takes_at_the_rate_so_far(mo
     clock = [100.0]
     monkeypatch.setattr(budget, "perf_counter", lambda: clock[0])
     simulator = SimpleNamespace(contact=False, body_steps=7.0)
-    spent = budget.Budget(SimpleNamespace(simulator=simulator))
+    spent = budget.Budget(SimpleNamespace(simulator=simulator, contact=False))
     told = [spent.time_left()]
     clock[0] = 120.0
     for share in (0.25, 1.5):
@@ -37,7 +37,7 @@ def test_the_time_left_is_what_the_rest_of_the_limit_takes_at_the_rate_so_far(mo
 def test_of_fits_of_segments_those_too_dear_are_passed_over_and_cheaper_ones_made():
     """Two numbers took 0.4 of the limit, 0.2 each: of 0.6 left two numbers and one are affordable, seven and one more are not."""
     simulator = SimpleNamespace(contact=True, body_steps=0.0)
-    spent = budget.Budget(SimpleNamespace(simulator=simulator, segmented=True))
+    spent = budget.Budget(SimpleNamespace(simulator=simulator, contact=True, segmented=True))
     simulator.body_steps = 0.4 * spent.limit
     spent.fitted(2, 0.0)
     assert spent.affordable([7, 2, 1, 1], most=4) == [1, 2]

@@ -522,14 +522,14 @@ def test_a_search_of_segments_begins_anew_with_what_is_simpler_too_and_where_it_
     laws = {"plain": law, "other": SimpleNamespace(holds=law.holds)}
     laws["directed"] = SimpleNamespace(holds=lambda entry: entry is law)
     costs = {frozenset(): 5000.0, plain: 4900.0, directed: 4880.0, other: 4950.0}
-    budget = Budget(SimpleNamespace(simulator=SimpleNamespace(contact=True, body_steps=0.0), segmented=True))
+    budget = Budget(SimpleNamespace(simulator=SimpleNamespace(body_steps=0.0), contact=True, segmented=True))
     budget.left_out = left_out
     budget.simulator.body_steps = 0.45 * budget.limit
     budget.fitted(3, 0.0)
     budget.simulator.body_steps = share * budget.limit
     search = SimpleNamespace(fits=costs, cost=costs.get, ranked=lambda: sorted(costs, key=costs.get), candidates=laws)
     search.implied, search.budget, search.count = frozenset(), budget, lambda effects: 2 if effects == directed else 1
-    search.problem = SimpleNamespace(simulator=SimpleNamespace(contact=True))
+    search.contact = True
     search.parts = partial(Search.parts, search)
     assert kept(search) == [directed, plain]
     assert affordable(search) == can
@@ -542,7 +542,7 @@ def test_a_search_of_flights_begins_anew_with_what_the_best_explains_no_half_of(
     left = {frozenset(): 1e9, clock: 500.0, drag: 900.0, windy: 890.0, scale: 1100.0}
     search = SimpleNamespace(fits={each: each for each in left}, cost=left.get, ranked=lambda: sorted(left, key=left.get))
     search.excess, search.parts = left.get, lambda effects: []
-    search.problem = SimpleNamespace(simulator=SimpleNamespace(contact=False))
+    search.contact = False
     assert kept(search) == [clock, drag]
     left[clock] = -10.0
     assert kept(search) == [clock]
