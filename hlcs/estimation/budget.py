@@ -47,6 +47,11 @@ class Budget:
         """Part of the limit that is spent [-]."""
         return self.steps / self.limit
 
+    @property
+    def spent(self):
+        """Is the limit reached, or are as many sets fitted as a search may fit?"""
+        return self.full or self.share > 1
+
     def stop(self, progress):
         """End here: Ctrl-C is answered by a verdict on what was fitted so far."""
         interrupts.answered()
@@ -56,10 +61,6 @@ class Budget:
     def fitted(self, numbers, before):
         """Fits of so many numbers were made since so many `steps`: what the next ones take is told from them."""
         self.numbers, self.on_fits = self.numbers + numbers, self.on_fits + self.steps - before
-
-    def spent(self, affordable=1):
-        """Is the limit reached, or no fit affordable?"""
-        return self.share > 1 or affordable < 1
 
     def time_left(self):
         """Words on how long the search may still take at most, by what it took so far; none before that can be told."""

@@ -21,7 +21,8 @@ class CrossValidation:
             groups[trial.group] = min(groups.get(trial.group, session), session)
         groups = sorted(groups, key=lambda group: (groups[group], group))
         self.possible = hold_out != "none" and len(groups) >= 2
-        self.half = np.array([groups.index(trial.group) % 2 for trial in trials])  # of each recording, 0 or 1
+        half = np.array([groups.index(trial.group) % 2 for trial in trials])
+        self.halves = [np.flatnonzero(half == which) for which in (0, 1)]  # recordings of each
         recordings = {(trial.body, trial.whole) for trial in trials}
         counts = Counter(body for body, _ in recordings)
         self.few = min(counts.values()) < FEW_RECORDINGS if few is None else few
@@ -33,8 +34,8 @@ class CrossValidation:
         foretell: it is fitted where it acts, as initial states are.
         """
         r, s = fit.linearization.projected
-        held_out = [None] * len(self.half)
-        for inside, train, trained in self._halves(fit):
+        held_out = [None] * len(r)
+        for inside, train, trained in self._trained(fit):
             own, change = ~np.any([s[k].any(axis=0) for k in train], axis=0), trained.estimate.copy()
             if own.any():
                 left = [r[k] - s[k][:, ~own] @ np.clip(change, *fit.ends)[~own] for k in inside]
@@ -53,18 +54,18 @@ class CrossValidation:
         """
         r, s = fit.linearization.projected
         rows, logarithm = [], 0.0
-        for inside, _, trained in self._halves(fit):
+        for inside, _, trained in self._trained(fit):
             change, unknown = np.clip(trained.estimate, *fit.ends), lower_factor(trained.covariance)
             white, more = whitening_beside(np.concatenate([s[k] @ unknown for k in inside]))
             rows.append(white(np.concatenate([r[k] - s[k] @ change for k in inside])))
             logarithm += more
         return np.concatenate(rows), logarithm
 
-    def _halves(self, fit):
+    def _trained(self, fit):
         """[(recordings of a half, those of the other, LinearFit of the numbers to those, from where they stand)]"""
         r, s = fit.linearization.projected
-        halves = [(np.flatnonzero(self.half == half), np.flatnonzero(self.half != half)) for half in (0, 1)]
-        return [(inside, train, _fitted([r[k] for k in train], [s[k] for k in train], *fit.belief)) for inside, train in halves]
+        pairs = zip(self.halves, self.halves[::-1], strict=True)
+        return [(inside, train, _fitted([r[k] for k in train], [s[k] for k in train], *fit.belief)) for inside, train in pairs]
 
 
 def _fitted(residuals, columns, believed, slopes):

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hlcs.estimation.linearization import Linearization
+from hlcs.estimation.linearization import Linearization, varied
 from hlcs.estimation.problem import Problem, difference_step
 
 
@@ -64,13 +64,11 @@ class DirectProblem(Problem):
     def linearise(self, model, initial_states):
         raw = self.residuals(model, initial_states)
         columns = [np.zeros((len(part), 0)) for part in raw]
-        for index, term in enumerate(model.terms):
-            for free in term.candidate.free:
-                value = term.numbers[free.name]
-                step = difference_step(free, value)
-                if value + step > free.most:
-                    step = -step
-                changed = self.residuals(model.with_at(index, term.numbers | {free.name: value + step}), initial_states)
-                slopes = self.whitened([(before - after) / step for before, after in zip(raw, changed, strict=True)])
-                columns = [np.column_stack([part, slope]) for part, slope in zip(columns, slopes, strict=True)]
+        for _, free, value, moved in varied(model):
+            step = difference_step(free, value)
+            if value + step > free.most:
+                step = -step
+            changed = self.residuals(moved(value + step), initial_states)
+            slopes = self.whitened([(before - after) / step for before, after in zip(raw, changed, strict=True)])
+            columns = [np.column_stack([part, slope]) for part, slope in zip(columns, slopes, strict=True)]
         return Linearization(raw, self.whitened(raw), [np.zeros((len(part), 0)) for part in raw], columns)

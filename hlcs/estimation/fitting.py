@@ -149,8 +149,7 @@ class Elimination:
         """Their derivatives with the initial states projected out, (n + p, p), where the residuals were found last: scipy asks
         for them nowhere else."""
         self.linearise(*self.last)
-        values = self.values
-        slopes = np.concatenate([*(-part for part in self.linear.projected[1]), np.diag(self.believed(values)[1])])
+        slopes = np.concatenate([*(-part for part in self.linear.projected[1]), np.diag(self.believed(self.values)[1])])
         slopes = np.nan_to_num(slopes) * self.spread
         self.look_ahead(slopes)
         return slopes

@@ -1,7 +1,7 @@
 """What a fit is made of: which numbers are observations, the linearisation at one point, the fitted model."""
 
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -22,6 +22,11 @@ class Recording:
     whitening: Whitening
     unknown: tuple  # what of the initial state is fitted: (slot, direction (3,)) each
     spreads: np.ndarray | None = None  # how wide the belief in each of them is (unknowns,); None = none is spared its price
+
+    @property
+    def freedom(self):
+        """Observations less unknowns of the initial state."""
+        return max(len(self.times) - len(self.unknown), 1)
 
 
 @dataclass(frozen=True)
@@ -243,3 +248,16 @@ def free_numbers(model):
 def values_of(model):
     """Values of the free numbers of a model's terms, in order (p,)."""
     return np.array([term.numbers[free.name] for term in model.terms for free in term.candidate.free])
+
+
+def varied(model):
+    """[(effect, Free, value, function value -> the model with it)] of the free numbers of a model's terms, in order."""
+
+    def moved(index, name, value):
+        return model.with_at(index, model.terms[index].numbers | {name: value})
+
+    return [
+        (term.name, free, term.numbers[free.name], partial(moved, index, free.name))
+        for index, term in enumerate(model.terms)
+        for free in term.candidate.free
+    ]

@@ -18,6 +18,7 @@ SIZES = (0.5, 2.0, 6.0, 20.0)  # of the moves there, in standard errors by its c
 FAINT = 0.01  # of what the columns tell best: what they tell less of is moved by no more
 NEAREST = 3  # of them from which steps are taken
 SEARCHES = 4  # such rounds
+WHOLE = {}  # stretches {recording: samples that are looked at}; all samples of a recording that is not there
 GAIN = 0.98  # of chi2: what leaves more of it has gained nothing, a step or a round of such states
 
 
@@ -37,7 +38,7 @@ def regrown(problem, fit):
     states = grown_states(problem, fit.model, bad)
     better = fit.initial_states.copy()
     both = np.concatenate([fit.initial_states[bad], states[bad]])
-    old, new = chi2_over(problem, fit.model, both, np.tile(bad, 2), dict.fromkeys(bad, slice(None))).reshape(2, -1)
+    old, new = chi2_over(problem, fit.model, both, np.tile(bad, 2)).reshape(2, -1)
     better[bad[new < old]] = states[bad[new < old]]
     return better
 
@@ -52,13 +53,13 @@ def grown_states(problem, model, which):
     times = {k: problem.recordings[k].times for k in which if len(problem.recordings[k].times)}
     for stretch in STRETCHES:
         stretches = {k: seen <= seen.min() + stretch * np.ptp(seen) for k, seen in times.items()}
-        improve_for(ROUNDS, problem, model, states, stretches)
+        improve_for(ROUNDS, problem, model, states, list(times), stretches)
     return states
 
 
-def improve_for(rounds, problem, model, states, stretches):
-    """Up to so many rounds of `improve` for the recordings that have a stretch, in place."""
-    active = np.array(sorted(stretches))
+def improve_for(rounds, problem, model, states, which, stretches=WHOLE):
+    """Up to so many rounds of `improve` for the recordings `which`, in place."""
+    active = np.sort(which)
     for _ in range(rounds):
         if len(active):
             active = improve(problem, model, states, stretches, active)
@@ -70,8 +71,8 @@ def searched(problem, model, states, which):
     Where an impact passes from one corner to another, chi2 has a kink that no slope leads over, and minima on both sides of it.
     Of states drawn around the best one the nearest to the data begin steps of their own; the draws are the same for each.
     """
-    states, whole = states.copy(), dict.fromkeys(which, slice(None))
-    chi2 = dict(zip(which, chi2_over(problem, model, states[which], which, whole), strict=True))
+    states = states.copy()
+    chi2 = dict(zip(which, chi2_over(problem, model, states[which], which), strict=True))
     generator = np.random.default_rng(0)
     draws = generator.normal(size=(SEARCHES, AROUND, 12)) * np.resize(SIZES, AROUND)[:, None]
     gaining = [k for k in which if problem.recordings[k].unknown]  # one that a round of draws gains nothing for is given up
@@ -84,13 +85,13 @@ def searched(problem, model, states, which):
         tried = np.concatenate(
             [around(states[k], problem.recordings[k].unknown, n, draw) for k, n in zip(stuck, columns, strict=True)]
         )
-        found = chi2_over(problem, model, tried, np.repeat(stuck, AROUND), whole).reshape(-1, AROUND)
+        found = chi2_over(problem, model, tried, np.repeat(stuck, AROUND)).reshape(-1, AROUND)
         nearest = np.argsort(found, axis=1)[:, :NEAREST]
         for place in range(NEAREST):
             begun = states.copy()
             begun[stuck] = tried.reshape(len(stuck), AROUND, -1)[np.arange(len(stuck)), nearest[:, place]]
-            improve_for(ROUNDS, problem, model, begun, {k: whole[k] for k in stuck})
-            for k, left in zip(stuck, chi2_over(problem, model, begun[stuck], stuck, whole), strict=True):
+            improve_for(ROUNDS, problem, model, begun, stuck)
+            for k, left in zip(stuck, chi2_over(problem, model, begun[stuck], stuck), strict=True):
                 if left < chi2[k]:
                     chi2[k], states[k] = left, begun[k]
         gaining = [k for k in stuck if chi2[k] < GAIN * before[k]]
@@ -99,7 +100,7 @@ def searched(problem, model, states, which):
 
 def noise_leaves(recording):
     """chi2 that noise leaves of a recording, exceeded once in 1/UNLIKELY."""
-    return special.chdtri(max(len(recording.times) - len(recording.unknown), 1), UNLIKELY)
+    return special.chdtri(recording.freedom, UNLIKELY)
 
 
 def around(state, unknown, columns, draws):
@@ -111,12 +112,12 @@ def around(state, unknown, columns, draws):
     return np.array([stepped(state, unknown, move) for move in moves])
 
 
-def chi2_over(problem, model, states, owner, stretches):
+def chi2_over(problem, model, states, owner, stretches=WHOLE):
     """chi2 of runs over the stretch of their recordings, (runs,); inf where a run fails."""
     with np.errstate(all="ignore"):
         trajectories = problem.simulator.simulate(model, states, owner)
         white = [
-            whiten(problem.recordings[k].whitening, residual)[stretches[k]]
+            whiten(problem.recordings[k].whitening, residual)[stretches.get(k, slice(None))]
             for k, residual in zip(owner, problem.residuals_of(owner, trajectories), strict=True)
         ]
     return chi2_of(white)
@@ -127,7 +128,8 @@ def improve(problem, model, states, stretches, active):
     linear = problem.linearise(model, states, only=active)
     tried, before, owner = [], [], np.repeat(active, len(DAMPINGS))
     for k, r, n in zip(active, linear.white, linear.state_columns, strict=True):
-        r, n = r[stretches[k]], n[stretches[k]]
+        seen = stretches.get(k, slice(None))
+        r, n = r[seen], n[seen]
         before.append(float(r @ r))
         size = np.linalg.norm(n, axis=0)
         size = np.where(size > 0, size, 1.0)

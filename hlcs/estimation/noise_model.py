@@ -12,7 +12,7 @@ from hlcs.data.turns import turned_since_first
 from hlcs.estimation.correlated_noise import LEAST_CERTAIN, MOST_WHITE, CorrelatedNoise, excess_deviance, fit_correlated_noise
 from hlcs.estimation.least_squares import basis, project_out
 from hlcs.estimation.noise_by_axis import SAME_NOISE, axes_of, made_alike, of_measured, unlike
-from hlcs.estimation.outliers import NO_TAIL, Tail, isolated_outliers, scatter_of, spread_of, tail_of
+from hlcs.estimation.outliers import NO_TAIL, Tail, isolated_outliers, robust_sigma, scatter_of, spread_of, tail_of
 from hlcs.estimation.rounding import COARSE, FINE, before_rounding, lattice_of, noise_below_the_step, rounded, step_of
 from hlcs.estimation.whitening import kalman_filter, whitening_of
 
@@ -326,7 +326,7 @@ def impact_times(trial):
     bend = 2 * np.diff(np.diff(heights) / steps) / (before + after)
     noise = 2 * np.sqrt(1 / before**2 + 1 / after**2 + (1 / before + 1 / after) ** 2) / (before + after)
     aside = (bend - np.median(bend)) / noise
-    kinks = 1 + np.flatnonzero(aside > KINK * max(1.4826 * float(np.median(np.abs(aside))), reading_step(heights)))
+    kinks = 1 + np.flatnonzero(aside > KINK * max(robust_sigma(np.abs(aside)), reading_step(heights)))
     runs = np.split(kinks, 1 + np.flatnonzero(np.diff(kinks) > 1)) if len(kinks) else []
     cuts = [place for run in runs for place in (run[0], max(run[-1] - 1, run[0]))]
     return np.unique((times[cuts] + times[np.array(cuts, int) + 1]) / 2) if cuts else np.zeros(0)

@@ -50,11 +50,16 @@ def tail_of(white):
     return Tail(share, beyond) if share else NO_TAIL
 
 
+def robust_sigma(distances):
+    """Standard deviation of normal noise, of which these are distances from the middle (n,)."""
+    return 1.4826 * float(np.median(distances))
+
+
 def scatter_of(series, spread):
     """Scatter of the values of series [(times (n,), values (n,))] about their neighbours, where that is more than noise of such a
     `spread` has by chance, else that spread."""
     near = np.concatenate([_off_the_line(*one, 1)[1:-1] for one in series if len(one[0]) > 2] or [np.zeros(0)])
-    own = 1.4826 * float(np.median(near)) if len(near) else 0.0
+    own = robust_sigma(near) if len(near) else 0.0
     return own if own > spread * (1 + UNSURE / np.sqrt(len(near) or 1)) else spread
 
 
@@ -142,7 +147,7 @@ def _standing_out(times, values, spread):
     near, far = _off_the_line(times, values, 1), _off_the_line(times, values, 2)
     unknown = spread <= 0
     if unknown:
-        spread = 1.4826 * float(np.median(near[1:-1]))
+        spread = robust_sigma(near[1:-1])
     if spread <= 0:
         return flags
     far[[0, 1, -2, -1]] = near[[0, 1, -2, -1]]
@@ -165,7 +170,7 @@ def _judge_end(flags, near, far, times, values, spread, unknown):
         flags[1] = not flags[0]
     elif not flags[2:5].any():
         ahead = _foretold(times, values)
-        own = 1.4826 * float(np.median(ahead)) if unknown else 0.0
+        own = robust_sigma(ahead) if unknown else 0.0
         apart = abs(values[0] - np.median(values[1:5])) > STANDS_OUT * spread
         flags[0] = apart and ahead[0] > FORETOLD_OUT * max(own, END * spread)
 
@@ -188,6 +193,6 @@ def _off_the_line(times, values, away):
 
 def spread_of(noise, times, step):
     """Standard deviation of the second differences of a CorrelatedNoise at these times; step: to which its rho refers."""
-    near = (1 - noise.white) * noise.rho ** (float(np.median(np.diff(times))) / step)
-    far = (1 - noise.white) * noise.rho ** (2 * float(np.median(np.diff(times))) / step)
+    apart = float(np.median(np.diff(times))) / step
+    near, far = ((1 - noise.white) * noise.rho ** (away * apart) for away in (1, 2))
     return noise.sigma * np.sqrt(1.5 - 2 * near + far / 2)

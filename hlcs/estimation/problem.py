@@ -151,6 +151,10 @@ class Problem:
         with np.errstate(all="ignore"):  # a run may leave the finite numbers on the way; its chi2 is then infinite
             return fit(self, model, self.initial_guess() if initial_states is None else initial_states, limit)
 
+    def fit_at(self, model, initial_states, converged=True):
+        """The Fit at this point, no step taken."""
+        return fitting.fit_at(model, initial_states, self.linearise(model, initial_states), converged)
+
     def stepped(self, initial_states, moves):
         """Initial states after moves of their unknowns, list of (unknowns_i,) -> (trials, 13)."""
         known = zip(initial_states, self.recordings, moves, strict=True)

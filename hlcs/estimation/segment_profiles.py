@@ -16,7 +16,7 @@ import numpy as np
 from scipy import special
 
 from hlcs.estimation import fitting
-from hlcs.estimation.fitting import fit_at, with_values
+from hlcs.estimation.fitting import with_values
 from hlcs.estimation.linearization import free_numbers
 from hlcs.estimation.multiple_shooting import chi2_over, grown_states, improve_for, regrown, searched
 
@@ -77,11 +77,11 @@ def fit(problem, model, initial_states, limit=None):
     A step-by-step fit loses a segment here and there on its way, and with it the way; where lines show no minimum it is tried,
     to the `limit` of `fitting.fit`.
     """
-    there = fit_at(model, initial_states, problem.linearise(model, initial_states))
+    there = problem.fit_at(model, initial_states)
     states = regrown(problem, there)  # those of another model may lie beyond an impact from here
     states = searched(problem, model, states, np.arange(len(states)))
     if not np.array_equal(states, initial_states):
-        there = fit_at(model, states, problem.linearise(model, states))
+        there = problem.fit_at(model, states)
     first = there
     for index in places_from_data(there):
         there, reading = centred(problem, there, index, thorough=False)
@@ -124,7 +124,7 @@ def descended(problem, fit, index):
         if 0 < (bend := before - 2 * there + after) < np.inf:
             here = look([here + 0.5 * (before - after) / bend], known[here][1])
     model, states = at(fit, here * short, direction), known[here][1]
-    return fit_at(model, states, problem.linearise(model, states), fit.converged)
+    return problem.fit_at(model, states, fit.converged)
 
 
 def followed(fit, index):
@@ -147,7 +147,7 @@ def centred(problem, fit, index, thorough=True):
     wide, error = WIDE_LINE * min(free.high - free.low, 1e3), float(np.sqrt(max(fit.covariance[index, index], 0.0)))
     short = thorough and 0.0 < LINE_REACH * error < wide
     reach = LINE_REACH * error if short else wide
-    freedom = np.array([max(len(recording.times) - len(recording.unknown), 1) for recording in problem.recordings])
+    freedom = np.array([recording.freedom for recording in problem.recordings])
     for _ in range(LINES):
         line = along(problem, fit, index, reach, thorough)
         reading = read(line, freedom)
@@ -206,7 +206,7 @@ def _shared(problem, model, results, place, tried):
     new = {which: state for which, state in options.items() if which not in tried}
     if new:
         owner = np.array([segment for segment, _ in new])
-        left = chi2_over(problem, model, np.array(list(new.values())), owner, dict.fromkeys(owner, slice(None)))
+        left = chi2_over(problem, model, np.array(list(new.values())), owner)
         tried |= dict(zip(new, left, strict=True))
     for which, state in options.items():
         if (left := tried[which]) < chi2[which[0]]:
@@ -230,19 +230,14 @@ def _exchanged(problem, model, results, place, tried):
 
 
 def _improved(problem, model, states, which, sought=False):
-    """(chi2, states) after some steps of the segments `which`; sought: and around those that are missed."""
+    """(chi2, states) after some steps of the segments `which`, chi2 infinite of others; sought: and around those missed."""
     states = states.copy()
-    improve_for(LINE_ROUNDS, problem, model, states, dict.fromkeys(which, slice(None)))
+    improve_for(LINE_ROUNDS, problem, model, states, which)
     if sought:
         states = searched(problem, model, states, which)
-    return _left(problem, model, states, which), states
-
-
-def _left(problem, model, states, which):
-    """chi2 (segments,) at initial states, infinite of all segments but those `which`."""
     chi2 = np.full(len(states), np.inf)
-    chi2[which] = chi2_over(problem, model, states[which], which, dict.fromkeys(which, slice(None)))
-    return chi2
+    chi2[which] = chi2_over(problem, model, states[which], which)
+    return chi2, states
 
 
 def best(options):
@@ -278,4 +273,4 @@ def moved(problem, fit, line, offset, thorough):
     nearest = int(np.argmin(np.abs(line.offsets - offset)))
     model, states = at(fit, offset, line.direction), line.states[nearest]
     _, states = _improved(problem, model, states, np.arange(len(states)), thorough)
-    return fit_at(model, states, problem.linearise(model, states), fit.converged)
+    return problem.fit_at(model, states, fit.converged)

@@ -10,10 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from hlcs.data.rigid_body import rigid_body, support
-from hlcs.estimation.fitting import chi2_of, fit_at
+from hlcs.estimation.fitting import chi2_of
 from hlcs.estimation.multiple_shooting import chi2_over, grown_states, noise_leaves, regrown
-from hlcs.estimation.trajectory_problem import TrajectoryProblem
-from hlcs.simulation.contact_motion import lies_on_a_face
+from hlcs.estimation.trajectory_problem import TrajectoryProblem, flat
 from hlcs.simulation.initial_state import UNSEEN, shifted
 from minibullet import rotations
 
@@ -116,14 +115,13 @@ def split_further(problem, fit, likely):
     likely: models with what is read off the impacts directly. A segment that one of them follows is not lost, its model lacks
     something; one that none follows is in a wrong basin (the body tips over another edge), or did what no engine foresees.
     """
-    known = zip(fit.linearization.white, problem.recordings, strict=True)
-    freedom = np.array([max(len(r) - len(recording.unknown), 1) for r, recording in known])
+    freedom = np.array([recording.freedom for recording in problem.recordings])
     long = np.array([len(segment.trial.times) >= 2 * SHORTEST for segment in segments_of(problem)])
     lost = long & (fit.chi2_per_recording > LOST * freedom)
     for model in likely:
         which = np.flatnonzero(lost)
         if len(which):
-            chi2 = chi2_over(problem, model, grown_states(problem, model, which)[which], which, dict.fromkeys(which, slice(None)))
+            chi2 = chi2_over(problem, model, grown_states(problem, model, which)[which], which)
             lost[which] = chi2 > LOST * freedom[which]
     if not lost.any():
         return problem, fit
@@ -162,7 +160,7 @@ def carried(finer, problem, fit, known=True):
     taken over where they begin alike, (trials,) booleans."""
     held = finer.fit(fit.model.held(), adopted(finer, problem, fit.initial_states, known))
     states = regrown(finer, held)
-    return fit_at(fit.model, states, finer.linearise(fit.model, states), fit.converged)
+    return finer.fit_at(fit.model, states, fit.converged)
 
 
 def adopted(problem, former, states, known=True):
@@ -186,11 +184,10 @@ def longest(trial):
 
 def _seated(trial, noise):
     """Does a segment start flat on its floor? A body on an edge or a corner tips: its initial state is free."""
-    return (
-        noise.orientation is not None
-        and (trial.seen_from_above or np.fmax.reduce(gaps(trial)[: SHORTEST // 2]) < noise.reaches(trial.surroundings.normal))
-        and lies_on_a_face(trial.body, trial.surroundings.floor_normal, trial.orientation, noise.orientation)
-    )
+    if noise.orientation is None:
+        return False
+    near = trial.seen_from_above or np.fmax.reduce(gaps(trial)[: SHORTEST // 2]) < noise.reaches(trial.surroundings.normal)
+    return near and flat(trial, noise)
 
 
 def gaps(trial):

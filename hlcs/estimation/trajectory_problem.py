@@ -11,10 +11,10 @@ from hlcs.data.turns import continued
 from hlcs.effects.witnesses import Camera
 from hlcs.estimation.designs import DEEP, FURTHER, HIGH, Designs, changes_of, other_bodies_tell
 from hlcs.estimation.fitting import chi2_of
-from hlcs.estimation.linearization import Linearization, Recording, free_numbers
+from hlcs.estimation.linearization import Linearization, Recording, free_numbers, varied
 from hlcs.estimation.problem import Problem
 from hlcs.estimation.whitening import whiten
-from hlcs.simulation import contact_motion
+from hlcs.simulation.contact_motion import lies_on_a_face
 from hlcs.simulation.initial_state import initial_guess, shifted, unknowns
 from hlcs.simulation.simulator import Motion, Simulator
 from minibullet import rotations
@@ -43,12 +43,7 @@ class TrajectoryProblem(Problem):
         self.summed = False  # are accelerations compared by their running sums?
         self.step_change = None  # what shorter time steps add to the observations, list of (n_i,); None = not looked at
         self.dropped = [np.zeros((len(trial.times), len(CHANNELS)), bool) for trial in self.trials]
-        self.lies_flat = [
-            seated
-            and noise.orientation is not None
-            and contact_motion.lies_on_a_face(trial.body, trial.surroundings.floor_normal, trial.orientation, noise.orientation)
-            for trial, seated in zip(self.trials, simulator.seated, strict=True)
-        ]
+        self.lies_flat = [seated and flat(trial, noise) for trial, seated in zip(self.trials, simulator.seated, strict=True)]
         self.recordings = [self._recording(k) for k in range(len(self.trials))]
         # unit of the error as it is told: of positions; where none are measured of rotations, or of accelerations
         seen = np.concatenate([recording.channel for recording in self.recordings])
@@ -197,15 +192,7 @@ class TrajectoryProblem(Problem):
         if only is not None:
             return self._along_states(model, initial_states, np.asarray(only))
         linear = cache(partial(self._along_states, model, initial_states, np.arange(len(self.trials))))
-        looks = []
-        for index, term in enumerate(model.terms):
-            for free in term.candidate.free:
-
-                def moved(value, index=index, term=term, free=free):
-                    return model.with_at(index, term.numbers | {free.name: value})
-
-                value = term.numbers[free.name]
-                looks.append(partial(self.derivative, term.name, free, value, moved, linear, initial_states))
+        looks = [partial(self.derivative, *number, linear, initial_states) for number in varied(model)]
         linear, *found = self.batched([linear, *looks])  # the first one is known before the others ask for it
         columns, moves = ([[each[part][k] for each in found] for k in range(len(self.trials))] for part in (0, 1))
         return replace(
@@ -227,14 +214,13 @@ class TrajectoryProblem(Problem):
         trajectories = self.simulator.simulate(model, np.concatenate(perturbed), np.array(owner))
         residuals = self.residuals_of(owner, trajectories)
         raw = residuals[: len(which)]
-        place, state_columns, white = len(which), [], []
+        beside, state_columns, white = iter(residuals[len(which) :]), [], []
         for k, residual in zip(which, raw, strict=True):
             recording, columns = self.recordings[k], []
             for number in recording.unknown:
-                beside = residuals[place : place + len(sides)]
-                far = residual if len(sides) == 1 else beside[1]
-                columns.append((far - beside[0]) / (len(sides) * STEPS[number[0]] * self.difference_scale))
-                place += len(sides)
+                ahead = next(beside)
+                behind = residual if len(sides) == 1 else next(beside)
+                columns.append((behind - ahead) / (len(sides) * STEPS[number[0]] * self.difference_scale))
             table = np.nan_to_num(stacked(columns, len(residual)), posinf=0.0, neginf=0.0)  # no finite run, no derivative
             seen = whiten(recording.whitening, table)
             state_columns.append(np.where(np.linalg.norm(seen, axis=0) > UNSEEN_START, seen, 0.0))
@@ -252,12 +238,11 @@ class TrajectoryProblem(Problem):
     def camera(self):
         """What a direct reading by the same camera depends on."""
         there = np.concatenate([trial.position for trial in self.trials])
-        spans = [float(np.ptp(axis[np.isfinite(axis)])) for axis in there.T if np.isfinite(axis).any()]
         surroundings = [trial.surroundings for trial in self.trials]
         return Camera(
             self.noise.position or 0.0,
             self.noise.step,
-            max([*spans, 0.1]),
+            max(span_of(there), 0.1),
             upright=bool(np.isfinite(there[:, 2]).any()),
             touching=bool(np.any(self.simulator.seated)),
             level=all(one.floor_normal[2] > LEVEL for one in surroundings),
@@ -317,11 +302,22 @@ class TrajectoryProblem(Problem):
         return text, {"repeat": name}
 
 
+def flat(trial, noise):
+    """Does a body show that it lies on a face, on its floor as it is stated?"""
+    normal, sigma = trial.surroundings.floor_normal, noise.orientation
+    return sigma is not None and lies_on_a_face(trial.body, normal, trial.orientation, sigma)
+
+
+def span_of(position):
+    """How far positions (n, 3) reach along the axis on which they reach farthest [m]; 0 where none was seen."""
+    there = [axis[np.isfinite(axis)] for axis in position.T]
+    return max([float(np.ptp(axis)) for axis in there if len(axis)], default=0.0)
+
+
 def belief_in(unknown, trial):
     """How wide the belief in each unknown of the initial state of a trial is, (unknowns,) [m, m/s, rad, rad/s]: it moves by what
     is seen to be moved, or by a metre, and turns by a radian, in the time of the recording."""
-    there = [axis[np.isfinite(axis)] for axis in trial.position.T]
-    reach = max([float(np.ptp(axis)) for axis in there if len(axis)], default=0.0) or 1.0
+    reach = span_of(trial.position) or 1.0
     time = max(float(np.ptp(trial.times)), 1e-9)
     of_slots = (reach, reach / time, 1.0, 1.0 / time)
     return np.array([of_slots[slot] for slot, _ in unknown])

@@ -43,8 +43,10 @@ class CandidateSets:
 
     def parts(self, effects):
         """Sets without one of the doubtful effects of a set, or with a special case in the place of its law."""
-        sets = []
-        for name in sorted(effects - self.implied):
-            held = [other for other in self.candidates if self.candidates[name].holds(self.candidates[other])]
-            sets += [effects - {name}, *(effects - {name} | {other} for other in held)]
-        return sets
+        names = sorted(effects - self.implied)
+        return [few for name in names for few in (effects - {name}, *with_special_cases(effects, name, self.candidates))]
+
+
+def with_special_cases(effects, name, candidates):
+    """Sets with a special case of a law in its place."""
+    return [effects - {name} | {other} for other, law in candidates.items() if candidates[name].holds(law)]

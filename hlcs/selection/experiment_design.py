@@ -135,8 +135,7 @@ def unexplained(problem, fit, absent, names=(), more="", needed=None, design=Non
     place, again = problem.worst(fit)
     told_apart = f"what comes back is {problem.subject}, what does not is the measurement"
     how = ", in another order and by other hands" if len(problem.trials) > 1 else ", by other hands"
-    text = f"repeat {place}{how}: {told_apart}"
-    told = [text, *[f"then: {more}"] * bool(more), *filter(None, [to_be_given(absent)])]
+    told = [f"repeat {place}{how}: {told_apart}", *[f"then: {more}"] * bool(more), *filter(None, [to_be_given(absent)])]
     return NextExperiment("; ".join(told), names, needed, design or again)
 
 

@@ -48,8 +48,7 @@ def held_out(problem, cross_validation, before, after):
         clustered += float(difference @ b) ** 2
     p = float(special.ndtr(-dots / np.sqrt(max(spread, clustered)))) if spread > 0 else 1.0
     raw0, raw1 = problem.in_sigmas(r0), problem.in_sigmas(r1)
-    halves = [np.flatnonzero(cross_validation.half == half) for half in (0, 1)]
-    directions = tuple(fall(rms([raw0[k] for k in inside]), rms([raw1[k] for k in inside])) for inside in halves)
+    directions = tuple(fall(rms([raw0[k] for k in half]), rms([raw1[k] for k in half])) for half in cross_validation.halves)
     e0, e1 = rms(raw0), rms(raw1)
     return HeldOut(p, directions, fall(e0, e1), e0 - e1)
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from hlcs.estimation.fitting import fit_at
 from hlcs.selection.preview import misfit
 from hlcs.selection.thresholds import HELPS, TIED
 from minibullet.errors import InputError
@@ -56,7 +55,7 @@ def as_it_was(fit, problem):
     can be simulated there."""
     try:
         with np.errstate(all="ignore"):  # a run may leave the finite numbers there
-            there = fit_at(fit.model, fit.initial_states, problem.linearise(fit.model, fit.initial_states))
+            there = problem.fit_at(fit.model, fit.initial_states)
     except InputError:
         return None
     return there if np.isfinite(there.chi2) else None

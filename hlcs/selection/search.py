@@ -88,7 +88,7 @@ class Search(CandidateSets):
 
     def noise_alone(self, fit):
         """Does a fit leave nothing but noise, as far as the sum of squares can tell, and with numbers that are plausible?"""
-        return self.excess(fit) < 0 and all(free.plausible(value) for _, free, value in fit.numbers)
+        return self.excess(fit) < 0 and not fit.implausible
 
     # --- best first -----------------------------------------------------------------------------------------------------------
 
@@ -138,7 +138,7 @@ class Search(CandidateSets):
             twice = max(promising[0].cost, 0.0) / HELPS  # what is foreseen to leave more comes later, if ever
             together = self.first_ones(self.parts_first([each for each in promising if each.cost <= twice], limit), promising)
             affordable = self.budget.affordable([self.count(each.effects) for each in together], TOGETHER)
-            if self.budget.spent(len(affordable) if refits < REFITS else 0):
+            if self.budget.spent or not affordable:
                 together = [each for each in together if explained and each.effects in self.twins and each.cost <= limit]
                 affordable = range(len(together))  # twins of what was found are few, and without them it would be told alone
             if not (together := [together[place] for place in affordable]):

@@ -5,6 +5,7 @@ from functools import cached_property, partial
 import numpy as np
 from scipy import optimize, special
 
+from hlcs.selection.candidate_sets import with_special_cases
 from hlcs.selection.held_out import HeldOut, beaten, held_out
 from hlcs.selection.thresholds import EQUAL, HELPS, INTERVAL, TIED
 
@@ -128,8 +129,7 @@ class FittedSets:
         """Share of the excess misfit that is left without an effect of a set which it takes away, 0 to 1; of a law of which a
         special case was fitted, of what that one leaves; and of the misfit of the model under test, where less is left without it
         only by numbers that contradict what the file states."""
-        laws = self.search.candidates
-        special = [effects - {name} | {other} for other in laws if laws[name].holds(laws[other])]
+        special = with_special_cases(effects, name, self.search.candidates)
         rests = [self.without(effects, name), *(rest for rest in special if rest in self.search.fits)]
         left = [fit for fit in map(self.fit, rests) if not fit.contradicts] or [self.search.base]
         return min(explained(fit, self.search.fits[effects]) for fit in left)

@@ -81,8 +81,7 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
             "fitted": _record(problem, partial(fitted_error, problem), base, final) | {"starts": starts_share(problem, final)},
         },
         steps=_steps(sets, ordered, errors),
-        adequate=_told_adequate(before, after)
-        | {"chi2_per_freedom": {"before": base.chi2_per_freedom, "after": final.chi2_per_freedom}},
+        adequate=_told_adequate(before, after, base, final),
         candidates=candidate_findings(sets, places, absent),
         where=experiment.where(judged, table_after),
         model=best.model,
@@ -225,8 +224,8 @@ def adequate_ones(sets, finished):
     return frozenset(found)
 
 
-def _told_adequate(before, after):
-    """The Adequacy of the model under test and of the final fit, as in the result file."""
+def _told_adequate(before, after, base, final):
+    """The Adequacy of the model under test and of the final fit, as in the result file; base, final: their fits of the search."""
     return {
         "before": before.adequate,
         "after": after.adequate,
@@ -235,6 +234,7 @@ def _told_adequate(before, after):
         "threshold": after.threshold,
         "speaks": after.worst,
         "draws": after.draws,
+        "chi2_per_freedom": {"before": base.chi2_per_freedom, "after": final.chi2_per_freedom},
     }
 
 

@@ -102,7 +102,7 @@ def each_in_its_steps(problem, fit):
         shorter = simulator.time_step / 2.0 ** (simulator.halvings[asked] + 1) >= FINEST
         asked = asked[shorter & (np.array(left) > NEAR)]
         simulator.halvings[asked] += 1
-        improve_for(ROUNDS, problem, fit.model, states, dict.fromkeys(asked, slice(None)))
+        improve_for(ROUNDS, problem, fit.model, states, asked)
     return refit_initial_states(problem, problem.fit(fit.model, states)) if simulator.halvings.any() else fit
 
 

@@ -24,7 +24,7 @@ def test_a_half_is_predicted_by_the_slope_of_the_other():
     problem = Line(TIMES, [slope * t for slope, t in zip(SLOPES, TIMES, strict=True)], 1e-3, groups)
     halves = CrossValidation(problem.trials, "group")
     fit = problem.fit(model(1.0))
-    assert halves.possible and halves.half.tolist() == [0, 1, 0, 1]
+    assert halves.possible and [half.tolist() for half in halves.halves] == [[0, 2], [1, 3]]
     centred = [t - t.mean() for t in TIMES]
     weight = [t @ t for t in centred]
     other = {half: np.average(SLOPES[1 - half :: 2], weights=weight[1 - half :: 2]) for half in (0, 1)}
@@ -36,9 +36,9 @@ def test_a_half_is_predicted_by_the_slope_of_the_other():
 def test_every_second_group_of_a_session_is_held_out_with_those_of_the_others():
     """Sessions A and B in turn: by the order of all groups one half would hold all of A."""
     trials = [SimpleNamespace(group=f"g{k}", session="AB"[k % 2], body=None, whole=str(k)) for k in range(6)]
-    half = CrossValidation(trials, "group").half
-    assert [set(half[k::2]) for k in (0, 1)] == [{0, 1}, {0, 1}]
-    assert CrossValidation(trials[:2], "group").half.tolist() == [0, 1]
+    halves = CrossValidation(trials, "group").halves
+    assert [set(half % 2) for half in halves] == [{0, 1}, {0, 1}]
+    assert [half.tolist() for half in CrossValidation(trials[:2], "group").halves] == [[0], [1]]
 
 
 def test_a_half_takes_no_number_beyond_the_end_of_its_law():

@@ -134,12 +134,12 @@ def test_a_set_that_is_foreseen_to_do_no_more_than_a_part_of_it_that_was_fitted_
 
 
 @pytest.mark.parametrize(("bend", "twins"), [(0.0, True), (1.0, False)])
-def test_a_twin_of_what_explains_the_data_is_fitted_when_the_time_is_over_as_well(generator, bend, twins):
+def test_a_twin_of_what_explains_the_data_is_fitted_when_the_time_is_over_as_well(generator, monkeypatch, bend, twins):
     """Else what came first would be told alone."""
     found = sets(bend, generator).search
     best = found.ranked()[0]
     search = Search(found.problem, LAWS.values(), found.base, first=[(found.fits[best].model.numbers, None)])
-    search.budget.spent = lambda affordable: True
+    monkeypatch.setattr(Budget, "spent", True)
     assert (frozenset(LAWS) - best in search.run().fits) == twins
     assert not twins or search.budget.notes() == ()  # nothing waits any more
 
@@ -152,7 +152,8 @@ def test_past_its_limit_a_search_fits_no_twin_that_is_foreseen_far_off(generator
     twin = frozenset(LAWS) - best
     search = Search(found.problem, LAWS.values(), found.base, first=[(found.fits[best].model.numbers, None)])
     monkeypatch.setattr(found.problem.simulator, "contact", True)
-    search.budget.spent, search.budget.affordable = lambda affordable: True, lambda numbers, most: list(range(len(numbers)))
+    monkeypatch.setattr(Budget, "spent", True)
+    search.budget.affordable = lambda numbers, most: list(range(len(numbers)))
     waiting = search.open_proposals
     monkeypatch.setattr(search, "open_proposals", lambda: [each._replace(cost=each.cost + dearer) for each in waiting()])
     assert (twin in search.run().fits) == fitted
