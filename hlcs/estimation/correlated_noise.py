@@ -52,12 +52,11 @@ class RestrictedLikelihood:
     def best(self, log_sigma, white):
         """(rho, share) of least deviance: from a grid, then refined; white: the share where it is given."""
         shares = (0.0, 0.15, 0.4) if white is None else (white,)
-        grid = [
+        _, rho, share = min(
             (self.deviance(log_sigma, rho, share), rho, share)
             for rho in (0.0, 0.2, 0.4, 0.6, 0.75, 0.85, 0.93)
             for share in shares
-        ]
-        _, rho, share = min(grid)
+        )
         if white is not None:
             bounds = max(rho - 0.2, 0.0), min(rho + 0.2, MOST_RHO)
             options = {"xatol": 1e-3}

@@ -138,11 +138,8 @@ def improve(problem, model, states, stretches, active):
             move = least_squares(rows, np.concatenate([r, np.zeros(n.shape[1])])).estimate / size
             tried.append(stepped(states[k], problem.recordings[k].unknown, move))
     chi2 = chi2_over(problem, model, np.array(tried), owner, stretches).reshape(-1, len(DAMPINGS))
-    moving = []
-    for place, (k, old) in enumerate(zip(active, before, strict=True)):
-        best = int(np.argmin(chi2[place]))
-        if chi2[place, best] < old:
-            states[k] = tried[place * len(DAMPINGS) + best]
-            if chi2[place, best] < GAIN * old - CLOSE_IN_CONTACT:
-                moving.append(k)
-    return np.array(moving, dtype=int)
+    least, before = chi2.min(axis=1), np.array(before)
+    taken = np.array(tried).reshape(*chi2.shape, -1)[np.arange(len(active)), chi2.argmin(axis=1)]
+    better = least < before
+    states[active[better]] = taken[better]
+    return active[better & (least < GAIN * before - CLOSE_IN_CONTACT)]

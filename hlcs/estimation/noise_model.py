@@ -22,6 +22,8 @@ MOSTLY = 0.5  # share of rounding in the variance beyond which curves show how r
 DRIFT = 2.0  # scatter over rms change from sample to sample: of nine samples that go on 2.6, of noise with rho = 0.8 1.6 at most
 ELSEWHERE = 4.0  # standard deviations of where a body rests at which it is not yet there
 KINK = 6.0  # usual deviations of a second difference beyond which a height is thrown back there, and no smooth curve goes on
+SMOOTH, DEGREE = 24, 5  # samples of a flexible curve, and its degree
+AT_REST = 150  # samples of a body at rest in one series
 LEAST_OF_A_PART = 9  # samples of a piece of a series: a curve of degree 5 leaves three of them to judge by
 BEYOND_CHANCE = 10.8  # chi-square of one number that chance exceeds once in a thousand
 SURE = 4.0  # standard deviations of a reading that noise does not exceed
@@ -128,7 +130,7 @@ def estimate_noise(measurement):
     if static is not None and "position" not in stated:
         along = unlike((_from_static(each, step, "position", NO_STEPS, None)[0] for each in axes_of(static)), step_of(lattice))
     trials, static = [made_alike(trial, along) for trial in trials], static and made_alike(static, along)
-    source, noise, tails = "unknown", {}, {}
+    noise, tails = {}, {}
     curve = _from_flexible_curve(trials, step, "position", step_of(lattice))
     if static is not None:
         for what in OF_RECORDINGS:
@@ -137,8 +139,8 @@ def estimate_noise(measurement):
     for what in OF_RECORDINGS:
         if what in stated:
             if not noise.get(what):  # else a body at rest tells how it hangs together, and its tail
-                rounding = step_of(lattice) if what == "position" else 0.0
-                noise[what], tails[what] = _from_flexible_curve(trials, step, what, rounding, stated[what]) or (None, NO_TAIL)
+                curve_beside = _from_flexible_curve(trials, step, what, _rounding(what, lattice), stated[what])
+                noise[what], tails[what] = curve_beside or (None, NO_TAIL)
             noise[what] = _with_sigma(noise[what], stated[what])
     if not any(noise.values()) and (replicates := _from_replicates(trials, step)):
         noise["position"], sources["position"] = before_rounding(replicates, step_of(lattice)), "replicates"
@@ -179,7 +181,7 @@ def shown_by_curves(measurement, noise):
         along = unlike((curve and curve[0] for curve in curves), step_of(noise.lattice))
     trials, more = [made_alike(trial, along) for trial in measurement.trials], max(np.divide(along, noise.along))
     for what, unit in units.items():
-        rounding = step_of(noise.lattice) if what == "position" else 0.0
+        rounding = _rounding(what, noise.lattice)
         curve = _from_flexible_curve(trials, noise.step, what, rounding) if noise.of_unit(unit) else None
         if curve and rounded(curve[0], rounding).sigma * (more if what == "position" else 1.0) > noise.of_unit(unit):
             found[what] = curve
@@ -222,6 +224,11 @@ def _values(trial, what):
         table[there] = turned_since_first(trial.orientation[there])
     seen = [np.isfinite(column) for column in table.T]
     return [(trial.times[good], table[good, axis]) for axis, good in enumerate(seen) if good.sum() >= LEAST_OF_A_PART]
+
+
+def _rounding(what, lattice):
+    """Step to which what is measured is rounded, 0 = none: that of positions is known alone."""
+    return step_of(lattice) if what == "position" else 0.0
 
 
 def _spread(segments):
@@ -283,20 +290,20 @@ def _from_flexible_curve(trials, step, what, rounding, sigma=None):
     return before_rounding(noise, rounding), tail
 
 
-def _smooth_segments(trials, what, rounding, sigma=None, length=24, degree=5):
+def _smooth_segments(trials, what, rounding, sigma=None):
     """([(times, values, function times -> polynomials)] of segments of all recordings, what the calm ones leave), ([], 0.0) where
     there are none.
 
     Only smoothness is assumed; no segment with an impact is used. rounding: step of the readings; sigma: where it is known.
     """
-    segments, columns = [], partial(polynomials, degree=degree)
+    segments, columns = [], partial(polynomials, degree=DEGREE)
     for trial in trials:
         thrown_back = impact_times(trial)
         for times, values in _values(trial, what):
             kept = np.flatnonzero(~isolated_outliers(times, values))
             rests = resting_from(values[kept], rounding)  # no smooth curve goes from a slide to rest, or through an impact
             for piece in np.split(kept, np.unique([rests, *np.searchsorted(times[kept], thrown_back)])):
-                for part in np.array_split(piece, max(len(piece) // length, 1)):
+                for part in np.array_split(piece, max(len(piece) // SMOOTH, 1)):
                     if len(part) >= LEAST_OF_A_PART:
                         segments.append((times[part], values[part], columns))
     if all(np.ptp(values) == 0 for _, values, _ in segments):  # somebody set all of them: they tell nothing
@@ -342,17 +349,19 @@ def resting_from(values, rounding):
     return int(np.flatnonzero(np.abs(values - np.mean(end)) > ELSEWHERE * spread).max(initial=-1)) + 1
 
 
-def _from_static(static, step, what, lattice, flexible, length=150):
+def _from_static(static, step, what, lattice, flexible):
     """(CorrelatedNoise of a body at rest before rounding or None, Tail); flexible: that of the recordings, where there is any.
 
     How its noise is correlated shows in the few steps of a body at rest too; where it shows a single one the recordings tell it.
     """
     readings = _values(static, what)
-    rounding = step_of(lattice) if what == "position" else 0.0
-    series = []
-    for times, values in readings:
-        for part in np.array_split(np.arange(len(times)), max(len(times) // length, 1)):
-            series.append((times[part], values[part], partial(polynomials, degree=0)))
+    rounding = _rounding(what, lattice)
+    constant = partial(polynomials, degree=0)
+    series = [
+        (times[part], values[part], constant)
+        for times, values in readings
+        for part in np.array_split(np.arange(len(times)), max(len(times) // AT_REST, 1))
+    ]
     if not series or not rounding and all(np.ptp(values) == 0 for _, values, _ in series):
         return None, NO_TAIL
     scatter = np.sqrt(np.mean([np.var(values[~isolated_outliers(times, values)]) for times, values in readings]))

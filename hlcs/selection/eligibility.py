@@ -84,11 +84,9 @@ TO_GIVE = {Need.MASS_AND_SIZE: "the mass and the size of the body", Need.SIZE: "
 
 def to_be_given(absent):
     """What to state or measure so that more effects can be tried, of {name: why it was not}; "" where nothing would help."""
-    told = []
-    for need, what in TO_GIVE.items():
-        if names := sorted(name for name, why in absent.items() if why == NEEDS[need][0]):
-            told.append(f"state or measure {what}, without which {', '.join(names)} cannot be tried")
-    return "; ".join(told)
+    waiting = {what: sorted(name for name, why in absent.items() if why == NEEDS[need][0]) for need, what in TO_GIVE.items()}
+    told = {what: ", ".join(names) for what, names in waiting.items() if names}
+    return "; ".join(f"state or measure {what}, without which {names} cannot be tried" for what, names in told.items())
 
 
 def candidates_for(measurement, contact, names=None, own=()):

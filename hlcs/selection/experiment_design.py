@@ -148,12 +148,10 @@ def witnesses(problem, terms, wanted):
     None of a law tells two forms of it apart. One that shows two suspects alike tells neither: a spirit level leans on a floor
     that slopes and where gravity leans.
     """
-    found, forms = [], [term.candidate.form_of for term in terms]
-    for term in terms:
-        reading = None if term.candidate.form_of and forms.count(term.candidate.form_of) > 1 else problem.reading(term)
-        if reading:
-            text, score = reading
-            found.append(Option(tests_needed(score, wanted), score, text, {"witness": term.name}, direct=True))
+    forms = [term.candidate.form_of for term in terms if term.candidate.form_of]
+    told_apart = [term for term in terms if forms.count(term.candidate.form_of) < 2]
+    readings = [(term.name, *reading) for term in told_apart if (reading := problem.reading(term))]
+    found = [Option(tests_needed(score, wanted), score, text, {"witness": name}, direct=True) for name, text, score in readings]
     said = [option.text for option in found]
     return [option for option in found if option.tests and said.count(option.text) == 1]
 

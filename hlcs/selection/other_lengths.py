@@ -41,6 +41,5 @@ def length_of(problem):
         return None
     spans = {}
     for trial in problem.trials:
-        name = trial.whole
-        spans[name] = spans.get(name, 0.0) + float(np.ptp(trial.times))
+        spans[trial.whole] = spans.get(trial.whole, 0.0) + float(np.ptp(trial.times))
     return float(np.median(list(spans.values())))

@@ -18,6 +18,7 @@ from minibullet.effects.fluid import (
 
 TABLES = "R. Clift, J. R. Grace and M. E. Weber, Bubbles, Drops, and Particles (1978), ch. 5"
 WALLS = "W. L. Haberman and R. M. Sayre, David Taylor Model Basin Report 1143 (1958)"
+NOT_KNOWN = {"least": None, "most": None, "holds": None}  # Reynolds numbers
 CURVE = "L. Schiller and A. Naumann, Z. VDI 77 (1933) 318"
 
 
@@ -48,7 +49,7 @@ def _tube(found):
     least, value, most = (f"{1000 / max(found[end], 1e-3):.3g}" for end in ("high", "value", "low"))
     span = f"{least} to {most} mm" if found["low"] > 0 else f"{least} mm or more"
     told = f"That is a tube of {value} mm radius ({span}). State yours as surroundings.tube_radius: it is believed to a tenth."
-    return {"least": None, "most": None, "holds": None, "told": told}
+    return NOT_KNOWN | {"told": told}
 
 
 def _area(areas):
@@ -56,7 +57,7 @@ def _area(areas):
     least, most = (f"{end:.3g}" for end in (min(areas), max(areas)))
     span = least if least == most else f"{least} to {most}"
     told = f"The drag coefficient refers to {span} m2, the mean area of the body over all attitudes; where it keeps one, "
-    return {"least": None, "most": None, "holds": None, "area": span, "told": f"{told}state its drag_area under [body]."}
+    return NOT_KNOWN | {"area": span, "told": f"{told}state its drag_area under [body]."}
 
 
 def _reached(kind, numbers, spheres, adequate, walled):
@@ -69,7 +70,7 @@ def _reached(kind, numbers, spheres, adequate, walled):
         told = (
             "The viscosity of the liquid is not stated, so its Reynolds numbers are not known, nor whether the law of drag holds"
         )
-        return {"least": None, "most": None, "holds": None, "told": f"{told}: write fluid_viscosity."}
+        return NOT_KNOWN | {"told": f"{told}: write fluid_viscosity."}
     least, most = (float(end(low for low, _ in found)) for end in (min, max))
     span = two_digits(most) if two_digits(least) == two_digits(most) else f"{two_digits(least)} to {two_digits(most)}"
     reach = f"{'By the fitted viscosity the' if eta else 'The'} data reach Reynolds numbers of {span}"

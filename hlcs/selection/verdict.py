@@ -367,14 +367,18 @@ def _number(fit, name, number, overdispersion):
 
 def _steps(sets, ordered, errors):
     """The error falling from the model under test to the best set, along the sets that were fitted."""
-    steps = []
-    for count in range(len(ordered) + 1):
-        members = frozenset(ordered[:count])
-        if members in sets.search.fits:
-            fit = sets.search.fits[members]
-            step = {"effects": list(ordered[:count]), "held_out": errors(fit), "fitted": fitted_error(sets.search.problem, fit)}
-            steps.append(step | {"chi2_per_freedom": fit.chi2_per_freedom})
-    return tuple(steps)
+    first = [ordered[:count] for count in range(len(ordered) + 1)]
+    fits = [(names, sets.search.fits.get(frozenset(names))) for names in first]
+    return tuple(
+        {
+            "effects": list(names),
+            "held_out": errors(fit),
+            "fitted": fitted_error(sets.search.problem, fit),
+            "chi2_per_freedom": fit.chi2_per_freedom,
+        }
+        for names, fit in fits
+        if fit
+    )
 
 
 def _doubts(fit, parameters):
