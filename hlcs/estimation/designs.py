@@ -60,8 +60,8 @@ def changes_of(trial, start, contact, seated, other_bodies):
     """
     name = trial.whole
     found = [(Design(f"repeat {name} as it was", {"repeat": name}), start, trial)]
-    found += _speeds(trial, start, seated) + _headings(trial, start, seated)
-    found += _boards(trial, start) if seated else _heights(trial, start) if contact else [_longer(trial, start)]
+    found += [*_speeds(trial, start, seated), *_headings(trial, start, seated)]
+    found += _boards(trial, start) if seated else _heights(trial, start) if contact else _longer(trial, start)
     if np.linalg.norm(start[10:13]) > TURNING and not seated:  # a body that rolls cannot turn the other way
         found.append((Design("with the spin reversed", {"spin": "reversed"}), _with(start, spin=-1.0), trial))
     found += _bodies(trial, start) if other_bodies else []
@@ -71,10 +71,10 @@ def changes_of(trial, start, contact, seated, other_bodies):
 
 def _speeds(trial, start, seated):
     """Other speeds at the start: a throw is thrown faster, a fall is seen from where it is faster, a liquid sets its own."""
-    speed, found = float(np.linalg.norm(start[3:6])), []
+    speed = float(np.linalg.norm(start[3:6]))
     falling = not seated and start[5] < 0 and np.hypot(*start[3:5]) < AT_REST
     if speed <= AT_REST or (falling and trial.surroundings.in_liquid):
-        return []
+        return
     for factor, word in SPEEDS:
         text = f"started {word} ({factor * speed:.2g} m/s)"
         if falling:
@@ -82,41 +82,37 @@ def _speeds(trial, start, seated):
         rolls = seated and trial.body.shape == "sphere"
         state = _with(start, velocity=factor, spin=factor if rolls else 1.0)
         if factor * speed <= max(BY_HAND, speed):
-            found.append((Design(text, {"speed_m_s": factor * speed}, octaves(factor)), state, trial))
-    return found
+            yield Design(text, {"speed_m_s": factor * speed}, octaves(factor)), state, trial
 
 
 def _headings(trial, start, seated):
     """Other headings: of what moves sideways, where that is seen."""
     normal = trial.surroundings.normal if seated else np.array([0.0, 0.0, 1.0])
     aside = float(np.linalg.norm(start[3:6] - (start[3:6] @ normal) * normal))
-    seen, found, turned = {"x", "y"} & set(trial.columns), [], start
+    seen, turned = {"x", "y"} & set(trial.columns), start
     for degrees in (90, 180) if seen and aside > AT_REST else ():
         turned = _turned(turned, rotations.exponential(normal * np.pi / 2))
         if degrees == 180 or len(seen) == 2:  # a camera that sees one way sideways sees a quarter of a turn as none
-            found.append((Design(f"in a heading turned by {degrees} degrees", {"heading_deg": degrees}), turned, trial))
-    return found
+            yield Design(f"in a heading turned by {degrees} degrees", {"heading_deg": degrees}), turned, trial
 
 
 def _heights(trial, start):
     """Other heights of a drop onto a floor: of a body let go clear of it."""
     shape = rigid_body(trial.body).shape
     gap = contact_motion.gap(shape, start[:3], start[6:10], trial.surroundings) / trial.surroundings.floor_normal[2]
-    found = []
     if np.linalg.norm(start[3:6]) > AT_REST or not STANDING_GAP * shape.bounding_radius < gap < np.inf:
-        return found
+        return
     for factor, word in ((0.5, "half"), (2.0, "twice")):
         raised = (factor - 1) * gap
         text = f"dropped from {word} as high ({factor * gap:.2g} m between body and floor)"
         if factor * gap <= max(HIGH, gap):
             state = np.concatenate([start[:2], [start[2] + raised], start[3:]])
-            found.append((Design(text, {"raise_m": raised}, octaves(factor)), state, trial))
-    return found
+            yield Design(text, {"raise_m": raised}, octaves(factor)), state, trial
 
 
 def _boards(trial, start):
     """Other slopes of a floor that slopes: such a floor is a board."""
-    normal, found = trial.surroundings.normal, []
+    normal = trial.surroundings.normal
     angle = float(np.arccos(np.clip(normal[2], -1.0, 1.0)))
     for factor, word in ((0.5, "half"), (2.0, "twice")) if angle > SLOPING else ():
         if factor * angle > STEEPEST:
@@ -129,26 +125,22 @@ def _boards(trial, start):
         tilted = replace(trial, surroundings=surroundings, orientation=rotations.product(turn, trial.orientation))
         degrees = float(np.degrees(factor * angle))
         text = f"on a board {word} as steep ({degrees:.2g} degrees)"
-        found.append((Design(text, {"angle_deg": degrees}, octaves(factor)), state, tilted))
-    return found
+        yield Design(text, {"angle_deg": degrees}, octaves(factor)), state, tilted
 
 
 def _longer(trial, start):
     """Twice the time in flight."""
     longer = with_samples(trial, 2 * len(trial.times))
-    text = f"for twice as long ({np.ptp(longer.times):.2g} s)"
-    return Design(text, {"duration": "twice"}, 1.0), start, longer
+    yield Design(f"for twice as long ({np.ptp(longer.times):.2g} s)", {"duration": "twice"}, 1.0), start, longer
 
 
 def _bodies(trial, start):
     """Other bodies of the same size; in a liquid one that goes the same way, up or down."""
-    found = []
     for factor, word in ((1 / 3, "a third of"), (3.0, "three times")) if trial.body.mass is not None else ():
         body = replace(trial.body, mass=factor * trial.body.mass, inertia=None)
         if not impossible_density(body) and goes_the_same_way(body, trial.body, trial.surroundings):
             text = f"with a body of the same size and {word} the mass ({body.mass:.2g} kg)"
-            found.append((Design(text, {"mass_kg": body.mass}, octaves(factor)), start, replace(trial, body=body)))
-    return found
+            yield Design(text, {"mass_kg": body.mass}, octaves(factor)), start, replace(trial, body=body)
 
 
 def goes_the_same_way(body, other, surroundings):

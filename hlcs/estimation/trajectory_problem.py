@@ -253,16 +253,15 @@ class TrajectoryProblem(Problem):
         """Designs that tell two fits apart, made of the longest recording; a segment only where a recording begins with it."""
         first = [k for k in range(len(self.trials)) if self.trials[k].first_row == 0]
         longest = max(first, key=lambda k: (np.ptp(self.trials[k].times), self.trials[k].name))
-        simulator, trial = self.simulator, self.trials[longest]
+        trial, start, seated = self.trials[longest], final.initial_states[longest], bool(self.simulator.seated[longest])
         other_bodies = other_bodies_tell((*final.model.terms, *other.model.terms))
-        changes = changes_of(trial, final.initial_states[longest], self.contact, bool(simulator.seated[longest]), other_bodies)
-        new = self._changed(final.model, longest, [change[2] for change in changes])
-        starts = np.array([change[1] for change in changes])
+        designs, starts, trials = zip(*changes_of(trial, start, self.contact, seated, other_bodies), strict=True)
+        new, starts = self._changed(final.model, longest, trials), np.array(starts)
         with np.errstate(all="ignore"):
             paths = [motion.position for motion in new.simulate(final.model, starts, np.arange(len(starts)))]
         kept = [k for k, path in enumerate(paths) if k == 0 or self._in_view(path)]  # the first repeats what there is
-        options = [told_how_high(changes[k][0], paths[0], paths[k]) for k in kept]
-        trials = [self._unread(changes[k][2]) for k in kept]
+        options = [told_how_high(designs[k], paths[0], paths[k]) for k in kept]
+        trials = [self._unread(trials[k]) for k in kept]
         problem = TrajectoryProblem(trials, self.noise, self._changed(final.model, longest, trials))
         return Designs(problem, starts[kept], tuple(options))
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 from scipy import special
@@ -49,11 +49,8 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     same on all rows, for the verdict and the numbers, where the search has fewer.
     """
     problem, base = prepared.problem, prepared.base
-    polished = experiment.polisher(problem, search.fits[search.ranked()[0]], on_all)
-    judged = polished(base)
-    before, table_before = experiment.judge(*judged)
-    known = {frozenset(): (base, (*judged, before, table_before))}
-    finished = finals(experiment, search, known, polished)
+    finished = finals(experiment, search, experiment.polisher(problem, search.fits[search.ranked()[0]], on_all))
+    _, _, before, table_before = finished(frozenset())
     fitted = partial(FittedSets, search, cross_validation, alone=experiment.alone)
     sets, (judged, best, after, table_after) = best_set(fitted, finished)
     learned = None if after.adequate or search.budget.stopped else learned_law(experiment, sets)
@@ -121,21 +118,18 @@ def learned_law(experiment, sets):
     return alone if sets.cost_of(bare, alone.fit) < sets.cost_of(effects, fit) - TIED else found
 
 
-def finals(experiment, search, known, polished):
+def finals(experiment, search, polished):
     """Function set -> (all rows, the final fit of a set on them, its Adequacy, table of observations), made once of each fit.
 
-    known: {set: (its Fit in the search, what is finished of it)}, of the model under test; polished: Fit -> (all rows, final fit
-    on them); the rest as in `select`.
+    polished: Fit -> (all rows, final fit on them); the rest as in `select`.
     """
 
-    def finished(effects):
-        fit = search.fits[effects]
-        if effects not in known or known[effects][0] is not fit:
-            judged, final = polished(fit)
-            known[effects] = fit, (judged, final, *experiment.judge(judged, final))
-        return known[effects][1]
+    @cache
+    def finished(fit):
+        judged, final = polished(fit)
+        return judged, final, *experiment.judge(judged, final)
 
-    return finished
+    return lambda effects: finished(search.fits[effects])
 
 
 def starts_first(fitted, finished, sets, starts_shown):

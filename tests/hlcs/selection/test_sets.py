@@ -284,7 +284,7 @@ def test_a_number_of_what_absorbs_is_told_by_its_final_fit(generator):
         return problem, replace(fit, estimate=fit.estimate + 0.1, covariance=4 * fit.covariance)
 
     experiment = SimpleNamespace(judge=lambda problem, fit: (None, None))
-    finished = finals(experiment, search, {}, polished)
+    finished = finals(experiment, search, polished)
     (absorbing,) = sets.absorbing
     fit, told = search.fits[absorbing], {members: finished(members)[1] for members in (sets.best, absorbing, absorbing)}
     number = _parameters(sets, told, sets.absorbing)["linear_drag"]["rate"]
