@@ -3,11 +3,10 @@
 from functools import cached_property, partial
 
 import numpy as np
-from scipy import optimize, special
 
 from hlcs.selection.candidate_sets import with_special_cases
 from hlcs.selection.held_out import HeldOut, beaten, held_out
-from hlcs.selection.thresholds import EQUAL, HELPS, INTERVAL, TIED
+from hlcs.selection.thresholds import EQUAL, HELPS, TIED
 
 
 class FittedSets:
@@ -290,29 +289,3 @@ def explained(base, final):
     """Share of the excess of chi2 over its expectation that a fit takes away, 0 to 1; 1 where there was none."""
     excess = [max(fit.chi2 - fit.freedom, 0.0) for fit in (base, final)]
     return float(np.clip(1 - excess[1] / excess[0], 0.0, 1.0)) if excess[0] > 0 else 1.0
-
-
-def interval(parts, free, freedom):
-    """A number with its 90 % interval, averaged over the sets that hold it.
-
-    parts: [(weight, value, standard error, or one downwards and one upwards)], the best set first.
-
-    The interval is that of the mixture of their laws (Student's t, half of it to each side); nothing is left out of it where the
-    law of a number ends.
-    """
-    weights, values = np.array([part[:2] for part in parts]).T
-    errors = np.array([np.broadcast_to(part[2], 2) for part in parts]).T
-    value, weights = values[0], weights / weights.sum()
-
-    def below(x):
-        return float(weights @ special.stdtr(freedom, (x - values) / np.maximum(np.where(x < values, *errors), 1e-300)))
-
-    reach = special.stdtrit(freedom, 0.5 + INTERVAL / 2) * errors * [[-1.0], [1.0]]
-    outer = np.min(values + 2 * reach[0]), np.max(values + 2 * reach[1])
-    low, high = (
-        optimize.brentq(lambda x, tail=tail: below(x) - tail, *outer, xtol=1e-12)
-        if len(parts) > 1 and np.max(errors) > 0
-        else value + side
-        for side, tail in zip(reach[:, 0], (0.5 - INTERVAL / 2, 0.5 + INTERVAL / 2), strict=True)
-    )
-    return {"value": float(value), "low": float(max(low, free.least)), "high": float(min(high, free.most)), "unit": free.unit}

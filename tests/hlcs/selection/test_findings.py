@@ -13,9 +13,10 @@ from hlcs.effects.witnesses import INPUTS_OF
 from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.records import Reason
 from hlcs.selection.findings import candidate_findings, change_told, set_label
+from hlcs.selection.found_numbers import annotated
 from hlcs.selection.search import Search
 from hlcs.selection.sets import FittedSets
-from hlcs.selection.verdict import annotated, starts_share
+from hlcs.selection.verdict import starts_share
 from hlcs.simulation.model import Model, Term
 from minibullet.errors import InputError
 

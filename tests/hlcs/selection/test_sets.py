@@ -12,11 +12,12 @@ from scipy import stats
 from hlcs.effects import Free, class_named
 from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.estimation.fitting import fit_at, with_values
+from hlcs.selection.found_numbers import _doubts, _parameters, interval
 from hlcs.selection.held_out import HeldOut
 from hlcs.selection.search import Search
-from hlcs.selection.sets import FittedSets, interval
+from hlcs.selection.sets import FittedSets
 from hlcs.selection.thresholds import TIED
-from hlcs.selection.verdict import _described, _doubts, _parameters, adequate_ones, best_set, finals, learned_law
+from hlcs.selection.verdict import _described, adequate_ones, best_set, finals, learned_law
 from hlcs.simulation.model import Model
 
 

@@ -8,7 +8,7 @@ from throws import G, csv, drag_per_metre
 
 import hlcs
 from hlcs.effects import Free
-from hlcs.selection import verdict
+from hlcs.selection import found_numbers
 
 DRAG = drag_per_metre(0.47)
 SIGMA = 0.001  # m
@@ -73,4 +73,4 @@ def test_an_effect_keeps_a_number_though_the_data_show_none_of_them():
     known = [("law", free, 0.1) for free in numbers]
     for shown, left_out in ((0.5, [False, False]), (2.0, [False, True])):  # of a; of b as much as 0.5 prior measurements tell
         fit = SimpleNamespace(numbers=known, withheld={}, estimate=np.full(2, 0.1), information=np.diag([shown, 0.5]))
-        assert [bool(verdict._withheld(fit, entry, free)) for free in numbers] == left_out
+        assert [bool(found_numbers._withheld(fit, entry, free)) for free in numbers] == left_out
