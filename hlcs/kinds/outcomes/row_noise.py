@@ -9,8 +9,9 @@ from hlcs.data.outcome_tables import OutcomeTable, off_means
 from hlcs.data.quantities import OUTCOMES
 from hlcs.data.rounded_readings import last_decimal, reading_step
 from hlcs.estimation.correlated_noise import CorrelatedNoise
+from hlcs.estimation.flexible_curves import polynomials
 from hlcs.estimation.least_squares import basis, project_out
-from hlcs.estimation.noise_model import Noise, polynomials
+from hlcs.estimation.noise_model import Noise
 from hlcs.kinds.outcomes.repeats import LEAST_FREEDOM, SEEN, repeats_of
 from hlcs.kinds.outcomes.setting_errors import MOST_BENT
 

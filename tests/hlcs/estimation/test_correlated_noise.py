@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hlcs.estimation.correlated_noise import fit_correlated_noise
-from hlcs.estimation.noise_model import polynomials
+from hlcs.estimation.flexible_curves import polynomials
 
 
 @pytest.mark.parametrize("rho", [0.0, 0.6, 0.8])

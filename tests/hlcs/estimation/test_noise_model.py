@@ -8,7 +8,8 @@ from throws import csv as recording
 
 import hlcs
 from hlcs.data.recordings import read_recordings
-from hlcs.estimation.noise_model import estimate_noise, resting_from
+from hlcs.estimation.flexible_curves import resting_from
+from hlcs.estimation.noise_model import estimate_noise
 
 BALL = {"shape": "sphere", "radius": 0.03, "mass": 0.05}
 

@@ -7,7 +7,8 @@ import pytest
 from throws import G, csv
 
 import hlcs
-from hlcs.estimation.noise_model import estimate_noise, impact_times
+from hlcs.estimation.flexible_curves import impact_times
+from hlcs.estimation.noise_model import estimate_noise
 from hlcs.kinds.experiment import Experiment
 from hlcs.kinds.protocol import Options
 from hlcs.kinds.trajectories.preparation import posed
