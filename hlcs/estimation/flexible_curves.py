@@ -22,23 +22,23 @@ LEAST_OF_A_PART = 9  # samples of a piece of a series: a curve of degree 5 leave
 LEAST_OF_A_TAIL = 200  # whitened samples that tell how many outliers stayed: of one in a hundred they hold two
 
 
-def _from_flexible_curve(trials, step, what, rounding, sigma=None):
+def flexible_curve(trials, step, what, rounding, sigma=None):
     """(CorrelatedNoise before rounding, Tail) beside polynomials through segments of all recordings, None where there are none.
 
     rounding: step of the readings; sigma: where it is known.
     """
-    segments, calm = _smooth_segments(trials, what, rounding, sigma)
+    segments, calm = smooth_segments(trials, what, rounding, sigma)
     if not segments:
         return None
     scale = float(np.hypot(sigma, rounding / np.sqrt(12)) if sigma else calm)
     if rounding**2 / 12 > MOSTLY * scale**2:
         return before_rounding(CorrelatedNoise(scale, 0.0, 0.0, np.diag([0.0, LEAST_CERTAIN**2, 0.0])), rounding), NO_TAIL
     white = min(rounding**2 / 12 / scale**2, MOST_WHITE) if scale > 0 else 0.0
-    noise, tail = _cleaned(_spread(segments), step, float(white), scale if sigma else None)
+    noise, tail = cleaned(some_of(segments), step, float(white), scale if sigma else None)
     return before_rounding(noise, rounding), tail
 
 
-def _smooth_segments(trials, what, rounding, sigma=None):
+def smooth_segments(trials, what, rounding, sigma=None):
     """([(times, values, function times -> polynomials)] of segments of all recordings, what the calm ones leave), ([], 0.0) where
     there are none.
 
@@ -47,7 +47,7 @@ def _smooth_segments(trials, what, rounding, sigma=None):
     segments, columns = [], partial(polynomials, degree=DEGREE)
     for trial in trials:
         thrown_back = impact_times(trial)
-        for times, values in _values(trial, what):
+        for times, values in series_of(trial, what):
             kept = np.flatnonzero(~isolated_outliers(times, values))
             rests = resting_from(values[kept], rounding)  # no smooth curve goes from a slide to rest, or through an impact
             for piece in np.split(kept, np.unique([rests, *np.searchsorted(times[kept], thrown_back)])):
@@ -97,7 +97,7 @@ def resting_from(values, rounding):
     return int(np.flatnonzero(np.abs(values - np.mean(end)) > ELSEWHERE * spread).max(initial=-1)) + 1
 
 
-def _values(trial, what):
+def series_of(trial, what):
     """[(times, values)] of the measured channels of position, of acceleration, or of the rotation since the first orientation."""
     if what == "position":
         table = trial.position
@@ -113,24 +113,24 @@ def _values(trial, what):
     return [(trial.times[good], table[good, axis]) for axis, good in enumerate(seen) if good.sum() >= LEAST_OF_A_PART]
 
 
-def _spread(segments):
+def some_of(segments):
     """At most MOST_SEGMENTS of them, from beginning to end: what is known of the noise grows slowly beyond, the work does not."""
     return [segments[k] for k in np.unique(np.linspace(0, len(segments) - 1, min(len(segments), MOST_SEGMENTS)).astype(int))]
 
 
-def _cleaned(series, step, white=None, sigma=None):
+def cleaned(series, step, white=None, sigma=None):
     """(CorrelatedNoise, Tail) of series [(times (n,), values (n,), function times -> columns)], isolated outliers left out.
 
     white, sigma: the share that is not correlated and the standard deviation where they are known.
     """
-    noise, clean = _without_outliers(series, step, white, sigma)
+    noise, clean = without_outliers(series, step, white, sigma)
     left = np.concatenate([_white(noise, part, step) for part in clean])
     tail = tail_of(left) if len(left) >= LEAST_OF_A_TAIL else NO_TAIL
     return (noise if sigma else noise._replace(sigma=noise.sigma / np.sqrt(1 + tail.variance))), tail
 
 
-def _without_outliers(series, step, white=None, sigma=None):
-    """(CorrelatedNoise of what is kept, [(times, values, columns)] that are kept) of series as in `_cleaned`.
+def without_outliers(series, step, white=None, sigma=None):
+    """(CorrelatedNoise of what is kept, [(times, values, columns)] that are kept) of series as in `cleaned`.
 
     What stands out is looked for twice: in the scatter of each series, then in what was found in all.
     """

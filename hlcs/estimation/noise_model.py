@@ -10,13 +10,13 @@ from hlcs.data.quantities import CHANNEL_UNITS, CHANNELS
 from hlcs.estimation.correlated_noise import MOST_WHITE, CorrelatedNoise, excess_deviance, fit_correlated_noise
 from hlcs.estimation.flexible_curves import (
     LEAST_OF_A_PART,
-    _cleaned,
-    _from_flexible_curve,
-    _smooth_segments,
-    _spread,
-    _values,
-    _without_outliers,
+    cleaned,
+    flexible_curve,
     polynomials,
+    series_of,
+    smooth_segments,
+    some_of,
+    without_outliers,
 )
 from hlcs.estimation.noise_by_axis import SAME_NOISE, axes_of, made_alike, of_measured, unlike
 from hlcs.estimation.outliers import NO_TAIL, Tail, isolated_outliers
@@ -130,7 +130,7 @@ def estimate_noise(measurement):
         along = unlike((_from_static(each, step, "position", NO_STEPS, None)[0] for each in axes_of(static)), step_of(lattice))
     trials, static = [made_alike(trial, along) for trial in trials], static and made_alike(static, along)
     noise, tails = {}, {}
-    curve = _from_flexible_curve(trials, step, "position", step_of(lattice))
+    curve = flexible_curve(trials, step, "position", step_of(lattice))
     if static is not None:
         for what in OF_RECORDINGS:
             noise[what], tails[what] = _from_static(static, step, what, lattice, curve and curve[0])
@@ -138,7 +138,7 @@ def estimate_noise(measurement):
     for what in OF_RECORDINGS:
         if what in stated:
             if not noise.get(what):  # else a body at rest tells how it hangs together, and its tail
-                curve_beside = _from_flexible_curve(trials, step, what, _rounding(what, lattice), stated[what])
+                curve_beside = flexible_curve(trials, step, what, _rounding(what, lattice), stated[what])
                 noise[what], tails[what] = curve_beside or (None, NO_TAIL)
             noise[what] = _with_sigma(noise[what], stated[what])
     if not any(noise.values()) and (replicates := _from_replicates(trials, step)):
@@ -176,12 +176,12 @@ def shown_by_curves(measurement, noise):
     found, units, along = {}, dict(zip(OF_RECORDINGS, CHANNEL_UNITS, strict=True)), noise.along
     if along == SAME_NOISE and noise.positions:
         axes = zip(*map(axes_of, measurement.trials), strict=True)
-        curves = (_from_flexible_curve(trials, noise.step, "position", 0.0) for trials in axes)
+        curves = (flexible_curve(trials, noise.step, "position", 0.0) for trials in axes)
         along = unlike((curve and curve[0] for curve in curves), step_of(noise.lattice))
     trials, more = [made_alike(trial, along) for trial in measurement.trials], max(np.divide(along, noise.along))
     for what, unit in units.items():
         rounding = _rounding(what, noise.lattice)
-        curve = _from_flexible_curve(trials, noise.step, what, rounding) if noise.of_unit(unit) else None
+        curve = flexible_curve(trials, noise.step, what, rounding) if noise.of_unit(unit) else None
         if curve and rounded(curve[0], rounding).sigma * (more if what == "position" else 1.0) > noise.of_unit(unit):
             found[what] = curve
     if not found:
@@ -195,9 +195,9 @@ def shown_by_curves(measurement, noise):
 def _contradicts(trials, step, lattice, sigma):
     """Do smooth curves leave another noise of the positions than this sigma of a reading, by more than chance?"""
     rounding = step_of(lattice)
-    segments, _ = _smooth_segments(trials, "position", rounding)
+    segments, _ = smooth_segments(trials, "position", rounding)
     white = float(min(rounding**2 / 12 / sigma**2, MOST_WHITE))
-    _, clean = _without_outliers(_spread(segments), step, white)
+    _, clean = without_outliers(some_of(segments), step, white)
     return excess_deviance(clean, step, sigma, white) > BEYOND_CHANCE
 
 
@@ -219,7 +219,7 @@ def _from_static(static, step, what, lattice, flexible):
 
     How its noise is correlated shows in the few steps of a body at rest too; where it shows a single one the recordings tell it.
     """
-    readings = _values(static, what)
+    readings = series_of(static, what)
     rounding = _rounding(what, lattice)
     constant = partial(polynomials, degree=0)
     series = [
@@ -236,7 +236,7 @@ def _from_static(static, step, what, lattice, flexible):
         sigma, variance = noise_below_the_step([values for _, values in readings], rounding, base.rho if base else 0.0)
         return _with_sigma(base, sigma, variance), NO_TAIL
     white = rounding**2 / 12 / scatter**2 if rounding > FINE * scatter else None
-    noise, tail = _cleaned(_spread(series), step, white)
+    noise, tail = cleaned(some_of(series), step, white)
     return before_rounding(noise, rounding), tail
 
 
@@ -255,4 +255,4 @@ def _from_replicates(trials, step):
                 if good.sum() >= LEAST_OF_A_PART:
                     series.append((a.times[good], difference[good], partial(polynomials, degree=1)))
             break
-    return _cleaned(series, step)[0] if series else None
+    return cleaned(series, step)[0] if series else None

@@ -9,7 +9,7 @@ from hlcs.selection.thresholds import INTERVAL
 from minibullet.errors import InputError
 
 
-def _parameters(sets, final, chosen):
+def parameters_of(sets, final, chosen):
     """{effect: {number: value, low, high, unit}} of all effects of some sets; final: {set: its final Fit}, that of the best of
     all among them, of the others that of the search counts."""
     fits = {members: final.get(members, sets.search.fits[members]) for members in chosen}
@@ -133,7 +133,7 @@ def _number(fit, name, number, overdispersion):
     return fit.estimate[place], error * np.broadcast_to(fit.sides, (2, len(fit.estimate)))[:, place]
 
 
-def _doubts(fit, parameters):
+def doubts_of(fit, parameters):
     """Sentences on numbers beyond what is plausible, on numbers that hang together, and on a fit that did not come to its end;
     parameters: as they are told."""
     names = [f"{effect}.{free.name}" for effect, free, _ in fit.numbers]

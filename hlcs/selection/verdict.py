@@ -10,7 +10,7 @@ from hlcs.data.quantities import have_unit
 from hlcs.records import Found, NextExperiment
 from hlcs.selection import experiment_design
 from hlcs.selection.findings import candidate_findings
-from hlcs.selection.found_numbers import _doubts, _parameters, shows
+from hlcs.selection.found_numbers import doubts_of, parameters_of, shows
 from hlcs.selection.held_out import fitted_error, held_out_error
 from hlcs.selection.reynolds import reached
 from hlcs.selection.sets import FittedSets, explained
@@ -60,13 +60,13 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     final_fits = {members: experiment.with_step_error(problem, search.fits[members]) for members in sets.tied[1:]}
     final_fits |= {members: finished(members)[1] for members in (effects, *sets.absorbing)}
     errors = partial(held_out_error, problem, cross_validation)
-    parameters = _parameters(sets, final_fits, sets.tied)
+    parameters = parameters_of(sets, final_fits, sets.tied)
     said = (*prepared.notes, *prepared.aside, *experiment.polished_notes(problem, judged))
     return Selection(
         effects=ordered,
         ambiguous=tuple((name, *others) for name, others in places.items() if others),
         parameters=parameters,
-        absorbing=_parameters(sets, final_fits, sets.absorbing),
+        absorbing=parameters_of(sets, final_fits, sets.absorbing),
         reynolds=reached(search.candidates, parameters, experiment.moved(judged), after.adequate),
         error={
             "measure": experiment.measure,
@@ -80,7 +80,7 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
         where=experiment.where(judged, table_after),
         model=best.model,
         pictures=experiment.pictures(problem, table_before, table_after),
-        notes=(*said, *_doubts(best, parameters), *search.budget.notes()),
+        notes=(*said, *doubts_of(best, parameters), *search.budget.notes()),
         sets=tuple(_described(sets, members, final_fits[members], errors, parameters) for members in sets.tied),
         inclusion=sets.inclusion,
         explained=explained(base, final),

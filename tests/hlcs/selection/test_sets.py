@@ -12,7 +12,7 @@ from scipy import stats
 from hlcs.effects import Free, class_named
 from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.estimation.fitting import fit_at, with_values
-from hlcs.selection.found_numbers import _doubts, _parameters, interval
+from hlcs.selection.found_numbers import doubts_of, interval, parameters_of
 from hlcs.selection.held_out import HeldOut
 from hlcs.selection.search import Search
 from hlcs.selection.sets import FittedSets
@@ -288,7 +288,7 @@ def test_a_number_of_what_absorbs_is_told_by_its_final_fit(generator):
     finished = finals(experiment, search, polished)
     (absorbing,) = sets.absorbing
     fit, told = search.fits[absorbing], {members: finished(members)[1] for members in (sets.best, absorbing, absorbing)}
-    number = _parameters(sets, told, sets.absorbing)["linear_drag"]["rate"]
+    number = parameters_of(sets, told, sets.absorbing)["linear_drag"]["rate"]
     assert len(made) == 2 and number["value"] == fit.estimate[0] + 0.1
     # twice the error, and the square root of the overdispersion, 2
     reach = stats.t.ppf(0.95, told[sets.best].freedom)
@@ -475,7 +475,7 @@ def test_a_number_that_the_time_step_tells_worse_than_the_data_is_told_with_what
     times = [np.arange(5.0)]
     fit = Line(times, [2.0 * times[0]]).fit(model(1.0))
     error = np.sqrt(fit.covariance[0, 0])
-    told = [_doubts(replace(fit, step_error=np.array([share * error])), {"linear_drag": {"rate": {}}}) for share in (-2.0, 0.5)]
+    told = [doubts_of(replace(fit, step_error=np.array([share * error])), {"linear_drag": {"rate": {}}}) for share in (-2.0, 0.5)]
     assert told[1] == () and "linear_drag.rate" in told[0][0] and "smaller time_step under [model]" in told[0][0]
 
 
