@@ -55,7 +55,7 @@ class Search(CandidateSets):
         self.twins = set()  # sets that do as the best fits do where these stand, whatever is foreseen far from there
         self.found = {}  # Fit -> [(set that was foreseen from it, fall found, fall foreseen)]
         self.closed = {frozenset()}  # sets that are not fitted again: they cannot be simulated, or were fitted twice
-        self.begun = {}  # set -> the Fits that its own fits were foreseen from
+        self.parents = {}  # set -> the Fits that its own fits were foreseen from
         self.ended = {}  # set -> its Fit, of those that are fitted together
 
     @property
@@ -180,7 +180,7 @@ class Search(CandidateSets):
                 self.closed.add(effects)  # of what nothing foresaw the way there may yet be found
             if fit is None:
                 continue
-            self.begun.setdefault(effects, []).append(parent)
+            self.parents.setdefault(effects, []).append(parent)
             if effects not in self.fits or fit.cost < self.fits[effects].cost:
                 self.fits[effects] = fit
             if proposal.fall > 0:
@@ -196,7 +196,7 @@ class Search(CandidateSets):
         ordered = {}
         for proposal in proposals:
             parts = []
-            for part in self.simpler(proposal.effects):
+            for part in self.unfitted_parts(proposal.effects):
                 numbers = {name: proposal.numbers.get(name, self.candidates[name].expected) for name in part}
                 parts.append(self.foreseen.get(part, Proposal(limit, part, numbers, proposal.parent)))
             same = len(proposal.effects)
@@ -205,7 +205,7 @@ class Search(CandidateSets):
             for each in (*sorted(first, key=self.likely), proposal):
                 ordered.setdefault(each.effects, each)
         first, *others = ordered.values()
-        ready = [each for each in others if ordered.keys().isdisjoint(self.simpler(each.effects))]
+        ready = [each for each in others if ordered.keys().isdisjoint(self.unfitted_parts(each.effects))]
         return [first, *sorted(ready, key=lambda each: (self.likely(each), sorted(each.effects)))]
 
     def first_ones(self, proposals, promising):
@@ -237,7 +237,7 @@ class Search(CandidateSets):
         known = [part for part in parts if there and there.foresees(part)]
         return any(proposal.fall < there.proposal(part).fall + EQUAL for part in known)
 
-    def simpler(self, effects):
+    def unfitted_parts(self, effects):
         """Its `parts` that are not fitted."""
         return [few for few in self.parts(effects) if self.compatible(few) and few not in self.fits and few not in self.closed]
 
@@ -302,7 +302,7 @@ class Search(CandidateSets):
         them at far less."""
 
         def stuck(effects, proposal):
-            return proposal.parent not in self.begun.get(effects, ()) and self.cost(effects) > proposal.cost + REACH
+            return proposal.parent not in self.parents.get(effects, ()) and self.cost(effects) > proposal.cost + REACH
 
         return [
             proposal

@@ -28,8 +28,8 @@ class FittedSets:
         not as the best one, since a part of them does as well."""
         self.search, self.cross_validation, self.overdispersion, self.alone = search, cross_validation, overdispersion, alone
         self.adequate, self.possible, self.outdone = adequate, possible, outdone
-        self.judged = {}  # (Fit without an effect, Fit with it) -> HeldOut
-        self.begun = {}  # set -> its Fit from a larger one, begun beside others
+        self.seen_held_out = {}  # (Fit without an effect, Fit with it) -> HeldOut
+        self.started = {}  # set -> its Fit from a larger one, begun beside others
 
     def tempered(self):
         """Itself, its sets fitted anew from `returned` where that leaves them cheaper."""
@@ -144,9 +144,9 @@ class FittedSets:
     def held_out(self, effects, name) -> HeldOut:
         """What one effect of a set does beside the others, and with it whatever acts through it alone."""
         fits = self.fit(self.without(effects, name)), self.search.fits[effects]  # a set may be fitted better meanwhile
-        if fits not in self.judged:
-            self.judged[fits] = held_out(self.search.problem, self.cross_validation, *fits)
-        return self.judged[fits]
+        if fits not in self.seen_held_out:
+            self.seen_held_out[fits] = held_out(self.search.problem, self.cross_validation, *fits)
+        return self.seen_held_out[fits]
 
     def without(self, effects, name):
         """A set without an effect and without what cannot act without it."""
@@ -168,7 +168,7 @@ class FittedSets:
             return found
         for_verdict, bare = search.fits_for_verdict, search.models.get(frozenset())
         if effects not in for_verdict:
-            begun = self.begun.pop(effects, None) or self.fitted_as_in_larger(effects)
+            begun = self.started.pop(effects, None) or self.fitted_as_in_larger(effects)
             tried = [found, self.alone(search.problem, begun)]
             explained = search.noise_alone(search.fits[self.larger(effects)]) and not search.noise_alone(tried[-1])
             if explained and bare and bare.foresees(effects):
@@ -180,10 +180,10 @@ class FittedSets:
     def fit_without(self, effects, names):
         """Begin, in one batch, what `fit` needs of a set without each of these effects."""
         converged = {its for its, fit in self.search.fits.items() if fit.converged}
-        done = self.begun.keys() | self.search.fits_for_verdict.keys() | converged
+        done = self.started.keys() | self.search.fits_for_verdict.keys() | converged
         rests = [rest for rest in dict.fromkeys(self.without(effects, name) for name in names) if rest not in done]
         fits = self.search.problem.batched([partial(self.fitted_as_in_larger, rest) for rest in rests])
-        self.begun.update(zip(rests, fits, strict=True))
+        self.started.update(zip(rests, fits, strict=True))
 
     def larger(self, effects):
         """The smallest fitted set that holds a set and more; the set itself where none does."""
@@ -235,7 +235,7 @@ class FittedSets:
             for effects in near
             if effects != best
             and not any(
-                self.simpler(other, effects) or effects < other <= effects | search.implied
+                self.is_part(other, effects) or effects < other <= effects | search.implied
                 for other in near
                 if (other or not best) and self.cost(other) < self.cost(effects)
             )
@@ -243,7 +243,7 @@ class FittedSets:
             and (self.overdispersion > 1 or not beaten(self.cross_validation, search.fits[best], search.fits[effects]))
         ]
 
-    def simpler(self, few, many):
+    def is_part(self, few, many):
         """Is a set part of another one, its laws special cases of the other's counted as part of them?"""
 
         def within(name):

@@ -101,7 +101,7 @@ def test_a_fit_that_got_stuck_is_made_again_where_another_fit_foresees_it(genera
     """From the same one it would end at the same place."""
     search, law = searched(3.0, noise=0.1, generator=generator), frozenset({"linear_drag"})
     cheaper = search.foreseen[law]._replace(cost=search.cost(law) - 2 * REACH)
-    for parent, again in ((search.begun[law][0], []), (search.fits[law], [law])):
+    for parent, again in ((search.parents[law][0], []), (search.fits[law], [law])):
         search.foreseen[law] = cheaper._replace(parent=parent)
         assert [proposal.effects for proposal in search.open_proposals()] == again
 

@@ -163,9 +163,9 @@ def test_sets_without_each_effect_are_begun_in_one_batch_as_they_would_be_one_by
     search.fits = {effects: search.fits[effects] for effects in (frozenset(), both)}
     beside, alone = (FittedSets(search, CrossValidation(problem.trials, "group")) for _ in range(2))
     beside.fit_without(both, sorted(LAWS))
-    assert list(beside.begun) == parts[::-1] and not search.fits_for_verdict
+    assert list(beside.started) == parts[::-1] and not search.fits_for_verdict
     found = [beside.fit(part).chi2 for part in parts]
-    assert not beside.begun and len(search.fits_for_verdict) == 2
+    assert not beside.started and len(search.fits_for_verdict) == 2
     search.fits_for_verdict.clear()
     assert found == [alone.fit(part).chi2 for part in parts]
 
