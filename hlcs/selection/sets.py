@@ -1,6 +1,6 @@
 """From the fitted sets to the verdict's ground: the best set that stands, the sets that do as well, and the weight of each."""
 
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 
 import numpy as np
 
@@ -28,7 +28,8 @@ class FittedSets:
         not as the best one, since a part of them does as well."""
         self.search, self.cross_validation, self.overdispersion, self.alone = search, cross_validation, overdispersion, alone
         self.adequate, self.possible, self.outdone = adequate, possible, outdone
-        self.seen_held_out = {}  # (Fit without an effect, Fit with it) -> HeldOut
+        # (Fit without an effect, Fit with it) -> HeldOut: a set may be fitted better meanwhile
+        self.seen_held_out = cache(lambda *fits: held_out(search.problem, cross_validation, *fits))
         self.started = {}  # set -> its Fit from a larger one, begun beside others
 
     def tempered(self):
@@ -143,10 +144,7 @@ class FittedSets:
 
     def held_out(self, effects, name) -> HeldOut:
         """What one effect of a set does beside the others, and with it whatever acts through it alone."""
-        fits = self.fit(self.without(effects, name)), self.search.fits[effects]  # a set may be fitted better meanwhile
-        if fits not in self.seen_held_out:
-            self.seen_held_out[fits] = held_out(self.search.problem, self.cross_validation, *fits)
-        return self.seen_held_out[fits]
+        return self.seen_held_out(self.fit(self.without(effects, name)), self.search.fits[effects])
 
     def without(self, effects, name):
         """A set without an effect and without what cannot act without it."""
