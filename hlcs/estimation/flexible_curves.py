@@ -6,10 +6,10 @@ import numpy as np
 
 from hlcs.data.rounded_readings import reading_step
 from hlcs.data.turns import turned_since_first
-from hlcs.estimation.correlated_noise import LEAST_CERTAIN, MOST_WHITE, CorrelatedNoise, fit_correlated_noise
+from hlcs.estimation.correlated_noise import LEAST_CERTAIN, CorrelatedNoise, fit_correlated_noise
 from hlcs.estimation.least_squares import basis, project_out
 from hlcs.estimation.outliers import NO_TAIL, isolated_outliers, robust_sigma, scatter_of, spread_of, tail_of
-from hlcs.estimation.rounding import before_rounding
+from hlcs.estimation.rounding import before_rounding, share_of_rounding
 from hlcs.estimation.whitening import kalman_filter
 
 MOST_SEGMENTS = 48  # of a flexible curve: some 900 degrees of freedom know rho to 0.03; of a body at rest: 7,000 know it to 0.01
@@ -33,7 +33,7 @@ def flexible_curve(trials, step, what, rounding, sigma=None):
     scale = float(np.hypot(sigma, rounding / np.sqrt(12)) if sigma else calm)
     if rounding**2 / 12 > MOSTLY * scale**2:
         return before_rounding(CorrelatedNoise(scale, 0.0, 0.0, np.diag([0.0, LEAST_CERTAIN**2, 0.0])), rounding), NO_TAIL
-    white = min(rounding**2 / 12 / scale**2, MOST_WHITE) if scale > 0 else 0.0
+    white = share_of_rounding(rounding, scale) if scale > 0 else 0.0
     noise, tail = cleaned(some_of(segments), step, float(white), scale if sigma else None)
     return before_rounding(noise, rounding), tail
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from hlcs.data.experiment_file import OF_RECORDINGS
 from hlcs.data.quantities import CHANNEL_UNITS, CHANNELS
-from hlcs.estimation.correlated_noise import MOST_WHITE, CorrelatedNoise, excess_deviance, fit_correlated_noise
+from hlcs.estimation.correlated_noise import CorrelatedNoise, excess_deviance, fit_correlated_noise
 from hlcs.estimation.flexible_curves import (
     LEAST_OF_A_PART,
     cleaned,
@@ -20,7 +20,16 @@ from hlcs.estimation.flexible_curves import (
 )
 from hlcs.estimation.noise_by_axis import SAME_NOISE, axes_of, made_alike, of_measured, unlike
 from hlcs.estimation.outliers import NO_TAIL, Tail, isolated_outliers
-from hlcs.estimation.rounding import COARSE, FINE, before_rounding, lattice_of, noise_below_the_step, rounded, step_of
+from hlcs.estimation.rounding import (
+    COARSE,
+    FINE,
+    before_rounding,
+    lattice_of,
+    noise_below_the_step,
+    rounded,
+    share_of_rounding,
+    step_of,
+)
 from hlcs.estimation.whitening import whitening_of
 
 NO_STEPS = np.zeros((3, 2))
@@ -196,7 +205,7 @@ def _contradicts(trials, step, lattice, sigma):
     """Do smooth curves leave another noise of the positions than this sigma of a reading, by more than chance?"""
     rounding = step_of(lattice)
     segments, _ = smooth_segments(trials, "position", rounding)
-    white = float(min(rounding**2 / 12 / sigma**2, MOST_WHITE))
+    white = float(share_of_rounding(rounding, sigma))
     _, clean = without_outliers(some_of(segments), step, white)
     return excess_deviance(clean, step, sigma, white) > BEYOND_CHANCE
 
@@ -235,7 +244,7 @@ def _from_static(static, step, what, lattice, flexible):
         base = before_rounding(fit_correlated_noise(changing, step), rounding) if changing else flexible
         sigma, variance = noise_below_the_step([values for _, values in readings], rounding, base.rho if base else 0.0)
         return _with_sigma(base, sigma, variance), NO_TAIL
-    white = rounding**2 / 12 / scatter**2 if rounding > FINE * scatter else None
+    white = share_of_rounding(rounding, scatter) if rounding > FINE * scatter else None
     noise, tail = cleaned(some_of(series), step, white)
     return before_rounding(noise, rounding), tail
 

@@ -36,9 +36,14 @@ def step_of(lattice):
     return float(np.sqrt(np.mean(steps**2))) if len(steps) else 0.0
 
 
+def share_of_rounding(step, sigma):
+    """Share of rounding to steps, q^2/12, in the variance of readings with this standard deviation, at most MOST_WHITE."""
+    return min(step**2 / 12 / sigma**2, MOST_WHITE)
+
+
 def before_rounding(noise, step):
     """The CorrelatedNoise beneath that of readings rounded to steps: the variance q^2/12, which is known, taken off."""
-    share = min(step**2 / 12 / noise.sigma**2, MOST_WHITE)
+    share = share_of_rounding(step, noise.sigma)
     rest = 1 - share
     scale = np.array([1 / rest, 1.0, 1 / rest])
     covariance = noise.covariance * np.outer(scale, scale)
