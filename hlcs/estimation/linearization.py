@@ -98,6 +98,11 @@ class Fit:
         """How wide the belief in each free number is (p,)."""
         return np.array([free.spread for free in free_numbers(self.model)])
 
+    @property
+    def errors(self):
+        """Standard errors of its numbers, above zero (p,)."""
+        return np.sqrt(np.maximum(np.diag(self.covariance), 1e-300))
+
     @cached_property
     def ends(self):
         """How far each free number may go down and up until its law ends, (2, p)."""
@@ -243,6 +248,11 @@ def white_columns(linear, values, frees):
 def free_numbers(model):
     """Free numbers of a model's terms, in order, list of Free."""
     return [free for term in model.terms for free in term.candidate.free]
+
+
+def width_of(free):
+    """Width of the plausible range of a number, at most a thousand: some have no end."""
+    return min(free.high - free.low, 1e3)
 
 
 def values_of(model):

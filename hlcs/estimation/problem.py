@@ -11,7 +11,7 @@ from hlcs.effects.contract import in_sessions
 from hlcs.effects.witnesses import direct_reading
 from hlcs.estimation import fitting, segment_profiles
 from hlcs.estimation.least_squares import least_squares
-from hlcs.estimation.linearization import free_numbers
+from hlcs.estimation.linearization import free_numbers, width_of
 from hlcs.estimation.whitening import colour, whiten
 from hlcs.simulation.batching import run_tasks
 from hlcs.simulation.initial_state import stepped
@@ -100,7 +100,7 @@ class Problem:
         """
         least, known = difference_step(free, value) * self.difference_scale, to not in (None, value)
         amount = to - value if known else self.difference_steps.get((name, free.name), least)
-        widest, widened = reach * min(free.high - free.low, 1e3), False
+        widest, widened = reach * width_of(free), False
 
         def change(step, states):
             after = self.residuals(moved(value + step), states)

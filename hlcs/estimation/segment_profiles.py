@@ -17,7 +17,7 @@ from scipy import special
 
 from hlcs.estimation import fitting
 from hlcs.estimation.fitting import with_values
-from hlcs.estimation.linearization import free_numbers
+from hlcs.estimation.linearization import free_numbers, width_of
 from hlcs.estimation.multiple_shooting import chi2_over, grown_states, improve_for, regrown, searched
 
 VALUES = 9  # of a number, at which all segments are fitted anew: a parabola through them averages what single fits leave
@@ -66,8 +66,8 @@ def profiled(problem, fit):
             withheld[effect, free.name] = (
                 "only one of the segments into which its recordings are split tells it: nothing shows its error"
             )
-    errors = np.sqrt(np.maximum(np.diag(fit.covariance), 1e-300))
-    scale = np.array([1.0 if reading is None else reading.error / error for reading, error in zip(readings, errors, strict=True)])
+    known = zip(readings, fit.errors, strict=True)
+    scale = np.array([1.0 if reading is None else reading.error / error for reading, error in known])
     return replace(fit, covariance=fit.covariance * np.outer(scale, scale), withheld=withheld)
 
 
@@ -103,7 +103,7 @@ def descended(problem, fit, index):
     Each value begins with the initial states of the one before it: through impacts they are found from nearby or not at all.
     """
     free, direction, everyone = free_numbers(fit.model)[index], followed(fit, index), np.arange(len(fit.initial_states))
-    width, known = min(free.high - free.low, 1e3), {}  # (chi2, states) at each place, in the short steps
+    width, known = width_of(free), {}  # (chi2, states) at each place, in the short steps
     short = WIDE_LINE * width / (VALUES // 2) / SHORTER
 
     def look(places, states):
@@ -144,7 +144,7 @@ def centred(problem, fit, index, thorough=True):
     thorough: of a fit that stands at the minimum of quick lines already, so that its first line is a short one.
     """
     free = free_numbers(fit.model)[index]
-    wide, error = WIDE_LINE * min(free.high - free.low, 1e3), float(np.sqrt(max(fit.covariance[index, index], 0.0)))
+    wide, error = WIDE_LINE * width_of(free), float(np.sqrt(max(fit.covariance[index, index], 0.0)))
     short = thorough and 0.0 < LINE_REACH * error < wide
     reach = LINE_REACH * error if short else wide
     freedom = np.array([recording.freedom for recording in problem.recordings])

@@ -234,7 +234,7 @@ def parts(new, final, other):
         mine, theirs = (new.problem.linearise(fit.model, new.initial_states) for fit in (final, other))
     both_ways = []
     for fit, wrong, right in ((other, theirs, mine), (final, mine, theirs)):
-        root, found = _root(fit.covariance), []
+        root, found = _root(fit), []
         apart = new.problem.whitened([a - b for a, b in zip(wrong.raw, right.raw, strict=True)])
         for k, difference in enumerate(apart):
             rest = project_out(wrong.state_bases[k], difference)
@@ -246,8 +246,7 @@ def parts(new, final, other):
     return list(zip(*both_ways, strict=True))
 
 
-def _root(covariance):
-    """R with R R' = covariance (p, p)."""
-    deviation = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
-    values, vectors = np.linalg.eigh(covariance / np.outer(deviation, deviation))
-    return deviation[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+def _root(fit):
+    """R with R R' = the covariance of the numbers of a fit (p, p)."""
+    values, vectors = np.linalg.eigh(fit.covariance / np.outer(fit.errors, fit.errors))
+    return fit.errors[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))

@@ -143,10 +143,9 @@ def doubts_of(fit, parameters):
         for name, entry in entries
         if "beyond" in entry
     ]
-    deviation = np.sqrt(np.maximum(np.diag(fit.covariance), 1e-300))
-    rough = np.flatnonzero(np.abs(fit.step_error) > deviation)
+    rough = np.flatnonzero(np.abs(fit.step_error) > fit.errors)
     notes += [f"the time step tells {names[k]} worse than the data do: state a smaller time_step under [model]" for k in rough]
-    correlation = fit.covariance / np.outer(deviation, deviation)
+    correlation = fit.covariance / np.outer(fit.errors, fit.errors)
     hanging = zip(*np.nonzero(np.triu(np.abs(correlation) > 0.9, 1)), strict=True)
     notes += [f"{names[i]} and {names[j]} hang together: correlation {correlation[i, j]:+.2f}" for i, j in hanging]
     if not fit.converged:
