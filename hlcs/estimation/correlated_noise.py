@@ -58,10 +58,11 @@ class RestrictedLikelihood:
             for share in shares
         )
         if white is not None:
-            bounds = max(rho - 0.2, 0.0), min(rho + 0.2, MOST_RHO)
-            options = {"xatol": 1e-3}
             best = optimize.minimize_scalar(
-                lambda v: self.deviance(log_sigma, v, share), method="bounded", bounds=bounds, options=options
+                lambda v: self.deviance(log_sigma, v, share),
+                method="bounded",
+                bounds=(max(rho - 0.2, 0.0), min(rho + 0.2, MOST_RHO)),
+                options={"xatol": 1e-3},
             )
             return best.x, share
 
@@ -79,9 +80,7 @@ class RestrictedLikelihood:
     def covariance(self, best, free):
         """Covariance of (log sigma, rho, white) from the curvature of the deviance; zero for what was given, (3, 3)."""
         steps = np.array([0.01, 0.02, 0.02])
-        middle = best.copy()
-        for k, most in ((1, MOST_RHO), (2, MOST_WHITE)):
-            middle[k] = min(max(best[k], steps[k]), most - steps[k])
+        middle = np.clip(best, [-np.inf, *steps[1:]], [np.inf, MOST_RHO - steps[1], MOST_WHITE - steps[2]])
         index = np.flatnonzero(free)
         hessian = np.zeros((len(index), len(index)))
 

@@ -125,12 +125,10 @@ class Elimination:
         values = self.start + (step - 1.0) * self.spread
         change, linear = values - self.values, self.linear
         followed = linear.state_moves or [np.zeros((n.shape[1], len(change))) for n in linear.state_columns]
-        moves, foreseen = [], []
-        for n, r, s, along in zip(linear.state_columns, linear.white, linear.parameter_columns, followed, strict=True):
-            left = r - s @ change
-            move = least_squares(n, left, FIRM).estimate
-            moves.append(move + along @ change)
-            foreseen.append(left - n @ move)
+        left = [r - s @ change for r, s in zip(linear.white, linear.parameter_columns, strict=True)]
+        absorbing = [least_squares(n, part, FIRM).estimate for n, part in zip(linear.state_columns, left, strict=True)]
+        foreseen = [part - n @ move for part, n, move in zip(left, linear.state_columns, absorbing, strict=True)]
+        moves = [move + along @ change for move, along in zip(absorbing, followed, strict=True)]
         try:
             model, states = with_values(self.model, values), self.problem.stepped(self.states, moves)
             white = self.problem.white_residuals(model, states)

@@ -61,11 +61,12 @@ def in_valleys(search, proposal):
 def beginnings(search, proposal):
     """Numbers to begin a fit from, {effect: {number: value}} each, without those that say the same."""
     names = sorted(proposal.effects)
-    seen = [proposal.numbers, {name: proposal.numbers[name] | search.readings.get(name, {}) for name in names}]
-    for neighbour in search.ranked():
-        shared = proposal.effects & neighbour
-        if len(shared) == len(names) - 1:
-            known = search.fits[neighbour].model.numbers
-            seen.append({name: known.get(name, search.candidates[name].expected) for name in names})
-    seen.append({name: search.candidates[name].start for name in names})
+    laws, most = search.candidates, len(names) - 1
+    neighbours = [search.fits[effects].model.numbers for effects in search.ranked() if len(proposal.effects & effects) == most]
+    seen = [
+        proposal.numbers,
+        {name: proposal.numbers[name] | search.readings.get(name, {}) for name in names},
+        *({name: known.get(name, laws[name].expected) for name in names} for known in neighbours),
+        {name: laws[name].start for name in names},
+    ]
     return [numbers for place, numbers in enumerate(seen) if numbers not in seen[:place]]
