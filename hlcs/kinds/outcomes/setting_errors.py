@@ -16,6 +16,7 @@ from hlcs.simulation import outcome_motion
 LEAST_SETTINGS = 6  # from which scatter between settings is told from the bend of an effect
 MOST_BENT = 3  # degree of the curve: what the library does to an outcome bends no more over a range of one input
 APART = 0.05  # probability below which neighbours are too much alike for scatter: the rest of an effect would be so
+LARGEST = 0.25  # of the step from one setting to the next that an error of it may be: heights 0.2 m apart are set better
 FINE = 400  # variances, from far below that of a mean to far above the misfit, among which the most probable is looked for
 
 
@@ -120,8 +121,9 @@ def between_settings(table, sigma, known, expected):
     It must not be the signal of an effect. So it is looked for only where one input alone varies, where rows are repeated, and in
     what is left of the misfit of the setting means once a polynomial of that input is taken away, at least of second degree:
     effects follow an input along a curve, and one that a polynomial does not follow leaves neighbours alike (J. von Neumann, Ann.
-    Math. Stat. 12 (1941) 367). Where that is seen, or fewer than six settings were measured, none is taken. Its variance
-    is that of R. DerSimonian and N. Laird, Control. Clin. Trials 7 (1986) 177: what the weighted sum of squares has in excess.
+    Math. Stat. 12 (1941) 367). Where that is seen, or fewer than six settings were measured, none is taken; nor where an error of
+    the input would have to be so large that settings could be taken for each other. Its variance is that of R. DerSimonian and
+    N. Laird, Control. Clin. Trials 7 (1986) 177: what the weighted sum of squares has in excess.
     """
     _, first, counts = np.unique(table.setting, return_index=True, return_counts=True)
     varied = [values[first] for values in table.inputs.values() if np.ptp(values) > 0]
@@ -145,7 +147,9 @@ def between_settings(table, sigma, known, expected):
     alone = carried_by_one(misfit, curve, variance)
     if alone is not None:
         return Scatter(alone=int(order[alone]))
-    return Scatter(float(np.sqrt((excess - freedom) / np.trace(weights[:, None] * left))), freedom)
+    size = float(np.sqrt((excess - freedom) / np.trace(weights[:, None] * left)))
+    most = LARGEST * np.median(np.diff(x)) * np.median(np.abs(np.gradient(expected[order], x)))
+    return Scatter(size, freedom) if size <= most else Scatter()
 
 
 def carried_by_one(misfit, curve, variance):

@@ -81,11 +81,11 @@ def test_settings_whose_error_is_shared_are_held_out_whole(tmp_path):
     assert any("blocks of settings are held out" in note for note in prepared.notes)
 
 
-def scatter_found(x, means, draw):
-    """What `between_settings` finds in four repeats of these means (d,) of unit noise."""
-    columns = {"height_m": np.repeat(x, 4), "rebound_height_m": 100 + np.repeat(means, 4) + draw.standard_normal(4 * len(x))}
-    table = read_table(csv_of(columns, "frame"))
-    return between_settings(table, 1.0, np.zeros(len(x)), np.zeros(len(x)))
+def scatter_found(x, means, draw, slope=1000.0):
+    """What `between_settings` finds in four repeats of these means (d,) of unit noise, off a line of this slope."""
+    rows = np.repeat(slope * x + means, 4) + draw.standard_normal(4 * len(x))
+    table = read_table(csv_of({"height_m": np.repeat(x, 4), "rebound_height_m": 100 + rows}, "frame"))
+    return between_settings(table, 1.0, np.zeros(len(x)), slope * x)
 
 
 @pytest.mark.parametrize(("settings", "degree"), [(6, 2), (8, 3), (20, 3)])
@@ -99,6 +99,14 @@ def test_scatter_between_settings_is_found_and_a_bend_is_not_taken_for_it(settin
     assert len(seen) >= 24
     assert np.mean(np.square(seen)) == pytest.approx(25.0, rel=0.5)  # sqrt(2 / 3 / 30) = 0.15, three of them
     assert sum(scatter_found(x, bend, draw).size > 0 for _ in range(40)) <= 2
+
+
+def test_what_would_take_settings_for_each_other_is_no_error_of_them():
+    """Scatter of 5 where settings are 0.24 apart: at a slope of 100 that is a fifth of the way to the next, at 50 two."""
+    x = np.linspace(0.3, 2.0, 8)
+    means = 5.0 * np.random.default_rng(8).standard_normal(8)
+    small, large = (scatter_found(x, means, np.random.default_rng(9), slope) for slope in (100.0, 50.0))
+    assert 3.0 < small.size < 0.25 * 100 * 0.243 and large == Scatter()
 
 
 def test_a_misfit_that_hangs_together_is_not_taken_for_scatter():
