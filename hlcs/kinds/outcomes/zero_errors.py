@@ -1,8 +1,9 @@
-"""An input that is off by the same in all rows: no effect of the library, and it may do what effects do.
+"""An input that is off alike in all rows: no effect of the library, and it may do what effects do.
 
 A height counted to the top of a body in place of its lower end, or along a ruler whose zero is not its end, is off by a constant
-that no scatter of replicates shows; so are the speed of a launcher and the zero of a protractor. An effect that is found beside
-it is not wrong about the data, so the report names both.
+that no scatter of replicates shows; so are the speed of a launcher and the zero of a protractor. What reads a speed or an angle
+may also be off by a factor; that of a length or a time is an effect. An effect that is found beside it is not wrong about the
+data, so the report names both.
 """
 
 from dataclasses import replace
@@ -27,8 +28,14 @@ ZEROS = {  # what is read from one zero -> its unit, what to check
     ("speed_m_s",): ("m/s", "how the speed was measured, and where"),
     ("angle_deg",): ("degrees", "where the angle is counted from, with a level"),
 }
+SCALES = {  # what is read from one scale that no effect knows -> what to check
+    ("speed_m_s",): "what measured the speed, beside another way to measure it",
+    ("angle_deg",): "what measured the angle, at 45 and 90 degrees",
+    ("slope",): "how the slope was measured: rise over run, not over the length of the slope",
+}
 ALONG = 1.1  # of the length of a body: how far off a zero is looked for, which noise may move beyond its end
 FASTER, TURNED = 0.5, 5.0  # of the smallest speed, degrees: farther off than that nobody takes them for right
+SCALED = 0.1  # the same of a factor
 
 
 def zero_errors_told(problem, models, chi2, judge):
@@ -46,35 +53,35 @@ def zero_errors_told(problem, models, chi2, judge):
     }
     level = problem.table.outcome in ON_A_FLOOR and not {*inputs} & {"angle_deg", "slope"}  # then the floor may slope after all
     read = {*inputs, problem.table.outcome, *(["angle_deg"] if level else [])}
-    asked = [names for names, (unit, _) in ZEROS.items() if most[unit] and read.issuperset(names)]
-    told = (
-        tuple(note for names in asked for note in _told(problem, model, names, most[ZEROS[names][0]], chi2 + TIED, judge))
-        for model in models
-    )
+    asked = [(names, unit, most[unit], check) for names, (unit, check) in ZEROS.items() if most[unit] and read.issuperset(names)]
+    asked += [(names, "%", SCALED, check) for names, check in SCALES.items() if np.any(inputs.get(names[0], 0.0))]
+    told = (tuple(note for each in asked for note in _told(problem, model, *each, chi2 + TIED, judge)) for model in models)
     return next(filter(None, told), ())
 
 
-def _told(problem, model, names, most, worst, judge):
-    """The note on what has these names, () where no common error of it up to `most` leaves chi2 below `worst` and noise."""
+def _told(problem, model, names, unit, most, check, worst, judge):
+    """The note on what has these names, () where no common error of it up to `most`, in this unit or as a part of it where that
+    is "%", leaves chi2 below `worst` and noise."""
+    changed = scaled if unit == "%" else with_zero_at
 
     def misfit(offset):
-        moved = with_zero_at(problem, names, offset)
+        moved = changed(problem, names, offset)
         if model.terms:
             return moved.fit(model).chi2
         return float(sum(chi2_of(moved.white_residuals(model, moved.initial_guess()))))
 
     found = optimize.minimize_scalar(misfit, bounds=(-most, most), method="bounded", options={"xatol": 1e-4 * most})
-    moved = with_zero_at(problem, names, found.x)
+    moved = changed(problem, names, found.x)
     fit = moved.fit(model)
     if not found.fun < worst or not judge(moved, fit)[0].adequate:
         return ()
     step = 0.01 * most
     bend = (misfit(found.x + step) + misfit(found.x - step) - 2 * found.fun) / step**2
-    unit, check = ZEROS[names]
-    error = f" +- {size(np.sqrt(2 * special.chdtri(1, 1 - INTERVAL) / bend), unit)}" if 0 < bend < np.inf else ""
+    off, reach = abs(found.x), np.sqrt(2 * special.chdtri(1, 1 - INTERVAL) / bend) if 0 < bend < np.inf else 0.0
+    off, error = (f"{100 * value:.2g} %" if unit == "%" else size(value, unit) for value in (off, reach))
     which, side = " and ".join(names) + (" is" if len(names) == 1 else " are"), "more" if found.x > 0 else "less"
     than = "than stated" if problem.table.outcome in names or names[0] in problem.table.inputs else "than 0, as no column states,"
-    stated = f"{size(abs(found.x), unit)}{error} {side} {than} in all rows alike"
+    stated = f"{off}{f' +- {error}' if reach else ''} {side} {than} in all rows alike"
     numbers = [f"{words(term.name)} {key} = {value:.4g}" for term in fit.model.terms for key, value in term.values]
     whose = AS_IT_IS.replace("as it is", f"with {joined(numbers)}") if numbers else AS_IT_IS
     return (AsItIs(f"if {which} {stated}, {whose}. Check {check}"),)
@@ -87,3 +94,10 @@ def with_zero_at(problem, names, offset):
     inputs = {name: within(name, table.inputs.get(name, none) + offset) for name in names if name != table.outcome}
     values = table.values + offset if table.outcome in names else table.values
     return problem.with_inputs(replace(table, inputs=table.inputs | inputs, values=values))
+
+
+def scaled(problem, names, part):
+    """The TableProblem with the input that has this one name larger by a part of itself."""
+    (name,) = names
+    table = problem.table
+    return problem.with_inputs(replace(table, inputs=table.inputs | {name: within(name, table.inputs[name] * (1 + part))}))

@@ -67,7 +67,21 @@ def test_a_floor_that_no_column_says_to_slope_may_slope():
     speed, slope = np.repeat([0.8, 1.1, 1.4, 1.7, 2.0, 2.3], 5), np.deg2rad(1.2)
     way = speed**2 / (2 * 9.81 * (0.3 * np.cos(slope) - np.sin(slope)))
     way += 0.004 * np.random.default_rng(5).standard_normal(len(way))
-    found, (note,) = notes({"speed_m_s": speed, "stop_distance_m": way}, friction=0.3)
+    found, told = notes({"speed_m_s": speed, "stop_distance_m": way}, friction=0.3)
+    (note,) = (note for note in told if "angle_deg is" in note)
     assert found.verdict == "ambiguous" and "more than 0, as no column states, in all rows alike" in note
     told, error = (float(word) for word in note.split("angle_deg is ")[1].replace(" degrees", "").split(" ")[0:3:2])
     assert told == pytest.approx(1.2, abs=2 * error) and error < 0.2
+
+
+def test_a_sensor_that_reads_all_speeds_too_high_by_a_part_is_named_beside_a_friction():
+    """6 % too high: v^2 / (2 mu g) is then that of a friction larger by 1.06^2."""
+    speed = np.repeat([0.8, 1.1, 1.4, 1.7, 2.0, 2.3], 5)
+    way = speed**2 / (2 * 9.81 * 0.3) + 0.004 * np.random.default_rng(6).standard_normal(len(speed))
+    found, told = notes({"speed_m_s": 1.06 * speed, "stop_distance_m": way}, friction=0.3)
+    (note,) = (note for note in told if "speed_m_s is" in note)
+    part, error = (float(word) for word in note.split("speed_m_s is ")[1].split(" ")[0:4:3])
+    assert found.effects or found.ambiguous
+    assert "% less than stated" in note and part == pytest.approx(100 * (1 - 1 / 1.06), abs=2 * error) and error < 0.6
+    _, told = notes({"speed_m_s": 1.3 * speed, "stop_distance_m": way}, friction=0.3)  # nobody takes that for right
+    assert not any("speed_m_s is" in note for note in told)
