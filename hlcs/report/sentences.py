@@ -62,10 +62,10 @@ def effect_sentence(diagnosis, name):
     """What was found of one effect, with its numbers: "Air resistance is missing (quadratic drag, drag coefficient ..)." """
     numbers = diagnosis.parameters.get(name, {})
     stated = {key: entry for key, entry in numbers.items() if entry.get("stated") is not None and entry["value"] is not None}
-    if stated:
-        where = {key: "is" if key == "coefficient" else f"is not as stated: {words(key)}" for key in stated}
-        told = [f"{where[key]} {value(entry)}, not {entry['stated']:g}" for key, entry in stated.items()]
-        sentence = f"{capital(called(diagnosis, name))} {joined(told)}."
+    if off := {key: entry for key, entry in stated.items() if not entry["low"] <= entry["stated"] <= entry["high"]} or stated:
+        shown = (f"{words(key)} {value(entry)}, not {entry['stated']:g}" for key, entry in off.items())
+        told = joined(each.removeprefix("coefficient ") for each in shown)
+        sentence = f"{capital(called(diagnosis, name))} is {'not as stated: ' * (off.keys() != {'coefficient'})}{told}."
     elif _finding(diagnosis, name, "reason", None) is Reason.IMPLIED:
         told = f"{capital(called(diagnosis, name))} follows from what the file states ({_numbers(name, numbers)})"
         sentence = f"{told}; these data alone do not show it."

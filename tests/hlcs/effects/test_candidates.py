@@ -166,3 +166,13 @@ def test_what_a_body_sets_in_motion_follows_from_how_wide_it_is():
     for body in (rod, finned):  # two thirds in the mean over the attitudes of a rod, a half of a ball, whatever drags it
         (moved,) = candidate(effects.AddedMass, FLOOR, rigid_body(body), True).free
         assert 0.5 <= moved.expected <= 0.7
+
+
+def test_what_is_plausible_of_a_stated_tilt_lies_about_it_and_a_coefficient_keeps_its_range():
+    stated = candidate(effects.TiltedGravity, Surroundings(), BALL, True, entry={"angle_x": 0.0, "angle_y": -0.0524})
+    usual = candidate(effects.TiltedGravity, Surroundings(), BALL, True)
+    level, tilted = stated.free
+    assert (level.low, level.high) == (usual.free[0].low, usual.free[0].high)
+    assert tilted.plausible(-0.055) and not tilted.plausible(0.0) and tilted.spread == usual.free[1].spread
+    (drag,) = candidate(effects.QuadraticDrag, Surroundings(), BALL, True, entry={"drag_coefficient": 0.5}).free
+    assert (drag.low, drag.high) == (0.0, 2.5)

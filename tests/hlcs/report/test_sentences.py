@@ -408,3 +408,9 @@ def test_what_sets_that_do_as_well_leave_is_told_of_each_where_it_differs():
     )
     alone = replace(AMBIGUOUS, sets=sets, error={**errors, "held_out": None}, candidates=(AMBIGUOUS.candidates[0],))
     assert "The first of them removes 57 % of the error" in opening(alone)
+
+
+def test_a_number_whose_interval_holds_what_is_stated_is_not_called_otherwise():
+    tilts = {"angle_x": number(0.0, 0.03, stated=0.0), "angle_y": number(-0.055, 0.001, stated=-0.07)}
+    sentence = effect_sentence(diagnosis(parameters={"tilted_gravity": tilts}), "tilted_gravity")
+    assert sentence == "Tilted gravity is not as stated: angle y -0.0550 +- 0.0010, not -0.07."
