@@ -244,3 +244,12 @@ def test_linear_drag_ends_at_g_over_rate_from_either_side():
         ball = world.add(mb.Sphere(0.5), mass=1.0, velocity=(0, 0, start))
         world.run(5.0)
         assert ball.velocity[2] == pytest.approx(-5.0, abs=15.0 * np.exp(-10.0) * 1.1)
+
+
+def test_a_disc_that_spins_on_its_face_is_braked_as_if_its_weight_stood_on_its_rim():
+    """The corners of a face bear its load: M = mu m g R on I = m R^2 / 2, so it slows by 2 mu g / R; no sliding cancels it."""
+    world = mb.World([mb.Gravity(9.81)], mb.Settings(friction=0.2, time_step=1 / 480))
+    world.add_plane()
+    disc = world.add(mb.Cylinder(radius=0.04, height=0.01), mass=0.1, position=(0, 0, 0.005), angular_velocity=(0, 0, 20.0))
+    world.run(0.1)
+    assert disc.angular_velocity[2] == pytest.approx(20.0 - 2 * 0.2 * 9.81 / 0.04 * 0.1, rel=1e-6)
