@@ -42,7 +42,9 @@ def rows_of(file, table, other_bodies):
         for name, values in ways.items():
             for value, far in values:
                 row = base | {name: value}
-                told = {key: row[key] for key in row if key == name or (key in table.inputs and np.ptp(table.inputs[key]) > 0)}
+                others = {key for key in row if key in table.inputs and np.ptp(table.inputs[key]) > 0}
+                changed = {name} if name in table.inputs or value != base[name] else set()  # not the mass that all rows have
+                told = {key: row[key] for key in row if key in others | changed}
                 found.setdefault(tuple(row.items()), (Design(said(told, table.outcome), told, far, "measure more rows "), row))
     return [entry for entry in found.values() if possible(file, entry[1]) and arranged(table, entry[1])]
 

@@ -163,6 +163,7 @@ def test_further_rows_are_within_reach_of_what_was_measured(tmp_path):
     heights = [design.what["height_m"] for design in new.options if set(design.what) == {"height_m"}]
     assert min(heights) == 0.12 and max(heights) == 6.0  # a quarter and twice, in two digits; 12 m is higher than a stairwell
     assert any(design.what.get("mass_kg") == 0.1 for design in new.options)
+    assert not any(design.what.get("mass_kg") == 0.05 for design in new.options)  # that of the ball that is used, in no column
 
 
 SLIDES = '[body]\nshape = "box"\nsize = [0.1, 0.1, 0.05]\nmass = 0.4\n[surroundings]\nfriction = 0.3\n'
