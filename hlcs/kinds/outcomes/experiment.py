@@ -14,7 +14,7 @@ from hlcs.kinds.outcomes.never import other_settings
 from hlcs.kinds.outcomes.problem import fastest_rows, judge_table, posed, prepare_table, table_candidates, where_in_table
 from hlcs.kinds.outcomes.rebounds_read import rebounds_read
 from hlcs.kinds.outcomes.repeats import groups_told, without_misread
-from hlcs.kinds.outcomes.rolling import rolling_told
+from hlcs.kinds.outcomes.rolling import rolled_told, rolling_told
 from hlcs.kinds.outcomes.row_noise import about_a_curve, between_repeats, to_know_it
 from hlcs.kinds.outcomes.zero_errors import zero_errors_told
 from hlcs.kinds.protocol import Observation, Tabulated, misfit
@@ -134,7 +134,8 @@ class Outcomes(Tabulated):
         doubted = [entry for entry in chosen if entry.setting and not found.adequate["after"]]  # a number of the file beside it
         models = [model, *(model.with_term(Term(entry, tuple(entry.start.items()))) for entry in doubted)]
         zeros = zero_errors_told(prepared.problem, models, best.chi2, judge_table)
-        return replace(found, notes=(*zeros, *rolling_told(prepared.problem, model, judge_table), *found.notes))
+        rolls = (*rolling_told(prepared.problem, model, judge_table), *rolled_told(prepared.problem, best))
+        return replace(found, notes=(*zeros, *rolls, *found.notes))
 
     def pilot(self, effect):
         class_named(effect, self.options.user_effects)

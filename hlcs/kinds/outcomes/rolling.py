@@ -12,7 +12,7 @@ import numpy as np
 from hlcs.data.notes import AsItIs
 from hlcs.data.rigid_body import known_body
 from hlcs.kinds.outcomes.designs import ON_A_FLOOR
-from hlcs.report.words import AS_IT_IS
+from hlcs.report.words import AS_IT_IS, size
 from hlcs.simulation import outcome_motion
 
 TURNS_ABOUT = {"sphere": 1, "cylinder": 2, "disc": 2}  # what may roll -> the axis of the body about which it then turns
@@ -48,6 +48,19 @@ def rolling_told(problem, model, judge):
     rolling = f"if the body rolls without slipping, in place of sliding as the stated friction lets it, {AS_IT_IS}"
     here = GRIPS if shape == "sphere" else AS_A_BALL
     return (AsItIs(f"{rolling}. {here}, and its times tell the resistance to rolling"),)
+
+
+def rolled_told(problem, fit):
+    """The note on balls that may have rolled to their stop, where a friction in a Fit stops them; () of none.
+
+    Rolling resistance of an arm b slows a ball by g (b/r) / (1 + k), k = I/(m r^2), sliding by mu g: the same path.
+    """
+    body, found = problem.file.body, fit.model.numbers.get("friction")
+    if problem.table.outcome != "stop_distance_m" or body.shape != "sphere" or not known_body(body) or not found:
+        return ()
+    arm = found["coefficient"] * body.radius * (1 + outcome_motion.turning(problem.file))
+    stops = "in place of sliding, it is stopped by its resistance to rolling, not by friction"
+    return (AsItIs(f"if the ball rolls to its stop, {stops}: an arm of {size(arm, 'm')} (rolling_friction) does the same"),)
 
 
 def that_rolls(problem):

@@ -97,3 +97,14 @@ def test_the_note_on_rolling_speaks_of_the_model_under_test():
     experiment = hlcs.Experiment.from_frames(columns, BALL, {"friction": 0.5, "fluid_density": 0.0}, kind="outcomes")
     assert any(NOTE in note for note in hlcs.compare(experiment).notes)
     assert not any(NOTE in note for note in hlcs.compare(experiment, effects=[mb.Friction(0.1)]).notes)
+
+
+def test_a_ball_that_rolls_to_its_stop_is_stopped_by_no_friction():
+    """g (b/r) 5/7 with b/r = 0.05: the friction that does the same is 0.0357, the arm 0.05 r = 1.07 mm."""
+    speed = np.repeat([0.6, 0.9, 1.2, 1.5, 1.8, 2.1], 4)
+    way = speed**2 / (2 * 9.81 * 0.05 * 5 / 7) + 0.01 * np.random.default_rng(1).standard_normal(len(speed))
+    ball = {"shape": "sphere", "radius": 0.0214, "mass": 0.0459}
+    columns = {"speed_m_s": speed, "stop_distance_m": way}
+    found = hlcs.diagnose(hlcs.Experiment.from_frames(columns, ball, {"friction": 0.4, "fluid_density": 0.0}, kind="outcomes"))
+    (note,) = (note for note in found.notes if "rolls to its stop" in note)
+    assert float(note.split("an arm of ")[1].split(" mm")[0]) == pytest.approx(1.07, abs=0.01)
