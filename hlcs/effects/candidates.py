@@ -99,10 +99,11 @@ class Free:
         start = known.get(self.name, self.null)
         return value if start is None else self.inside((1 - share) * start + share * value)
 
-    def about(self, value):
-        """The same number of an effect that the model states with this value: a range about its null value, as that of a tilt, is
-        now about what is stated."""
-        shift = value - self.null if self.null is not None and self.low < self.null < self.high else 0.0
+    def about(self, value, zeroed):
+        """The same number of an effect that the model states with this value; zeroed: is the effect absent at the null value? A
+        range that goes as far to both sides of it, as that of a tilt, is now about what is stated."""
+        even = zeroed and self.null is not None and np.isclose(self.null - self.low, self.high - self.null)
+        shift = value - self.null if even else 0.0
         ends = (self.least, self.most)
         return replace(self, null=value, start=value, starts=(), ends=ends, low=self.low + shift, high=self.high + shift)
 
@@ -359,5 +360,5 @@ def candidate(kind, surroundings: Surroundings, body: RigidBody, body_known, own
             )
         )
     if entry is not None:
-        free = [each.about(entry[each.name]) for each in free]
+        free = [each.about(entry[each.name], not kind.replaces) for each in free]
     return Candidate(name_of(kind), kind, tuple(free), own, setting=kind.replaces or entry is not None)

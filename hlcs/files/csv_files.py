@@ -12,7 +12,7 @@ from math import isfinite, nan
 import numpy as np
 
 from hlcs.files.limits import LARGEST
-from hlcs.files.other_words import OF_COLUMNS, in_place_of
+from hlcs.files.other_words import in_place_of_column
 from minibullet.errors import MOST_TOLD, InputError, known_one, shown
 from minibullet.files.reading import read_text
 
@@ -166,7 +166,7 @@ def _check_header(place, header, layout):
         if name not in layout.known and not layout.others:
             told = f"it stands in {layout.where}"
             if name not in layout.elsewhere:
-                told = in_place_of(name, OF_COLUMNS) or known_one(name, layout.known, "the nearest known column is")
+                told = in_place_of_column(name) or known_one(name, layout.known, "the nearest known column is")
             raise InputError(f"{place}: unknown column '{shown(name)}'; {told}")
         if name in layout.known and header.count(name) > 1:
             raise InputError(f"{place}: column '{name}' stands twice; keep one")

@@ -112,7 +112,7 @@ class Tabulated:
 
     @staticmethod
     def learn(problem, fit, best):
-        """Nothing: a law is learned from motion."""
+        """Nothing: a law is learned from motion, and from tables of rebounds."""
 
 
 @dataclass(frozen=True)

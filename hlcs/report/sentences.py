@@ -63,9 +63,9 @@ def effect_sentence(diagnosis, name):
     numbers = diagnosis.parameters.get(name, {})
     stated = {key: entry for key, entry in numbers.items() if entry.get("stated") is not None and entry["value"] is not None}
     if off := {key: entry for key, entry in stated.items() if not entry["low"] <= entry["stated"] <= entry["high"]} or stated:
-        shown = (f"{words(key)} {value(entry)}, not {entry['stated']:g}" for key, entry in off.items())
-        told = joined(each.removeprefix("coefficient ") for each in shown)
-        sentence = f"{capital(called(diagnosis, name))} is {'not as stated: ' * (off.keys() != {'coefficient'})}{told}."
+        told = joined(f"{words(key)} {value(entry)}, not {entry['stated']:g}" for key, entry in off.items())
+        alone = told.removeprefix("coefficient ") if len(off) == 1 else told
+        sentence = f"{capital(called(diagnosis, name))} is {'not as stated: ' if alone == told else ''}{alone}."
     elif _finding(diagnosis, name, "reason", None) is Reason.IMPLIED:
         told = f"{capital(called(diagnosis, name))} follows from what the file states ({_numbers(name, numbers)})"
         sentence = f"{told}; these data alone do not show it."

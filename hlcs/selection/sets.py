@@ -166,8 +166,8 @@ class FittedSets:
             return found
         for_verdict, bare = search.fits_for_verdict, search.models.get(frozenset())
         if effects not in for_verdict:
-            begun = self.started.pop(effects, None) or self.fitted_as_in_larger(effects)
-            tried = [found, self.alone(search.problem, begun)]
+            started = self.started.pop(effects, None) or self.fitted_as_in_larger(effects)
+            tried = [found, self.alone(search.problem, started)]
             explained = search.noise_alone(search.fits[self.larger(effects)]) and not search.noise_alone(tried[-1])
             if explained and bare and bare.foresees(effects):
                 numbers = bare.proposal(effects).numbers

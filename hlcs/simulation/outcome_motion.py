@@ -268,14 +268,19 @@ def rolling(setups, inputs, friction):
     turns, and goes as what slides.
     """
     ball, at_rest = np.array([setup.body.shape == "sphere" for setup in setups]), inputs.get("speed_m_s", 0.0) == 0
-    share = np.array([turning(setup) / (1 + turning(setup)) if setup.body.shape == "sphere" else 1.0 for setup in setups])
-    return ball & at_rest & (friction >= share * np.tan(slope_angle(inputs, len(setups))))
+    turn = turns(setups)
+    return ball & at_rest & (friction >= turn / (1 + turn) * np.tan(slope_angle(inputs, len(setups))))
 
 
-def turning(setup, axis=1):
-    """I/(m r^2) of a round body that turns about one of its axes as it rolls: as if its mass were larger by that part [-]."""
-    body = rigid_body(setup.body)
-    return body.inertia[axis] / (body.mass * setup.body.radius**2)
+def turns(setups):
+    """I/(m r^2) of the spheres among bodies as they roll along x, 0 of what does not roll here (d,)."""
+    return np.array([turning(setup.body) if setup.body.shape == "sphere" else 0.0 for setup in setups])
+
+
+def turning(body, axis=1):
+    """I/(m r^2) of a round Body that turns about one of its axes as it rolls: as if its mass were larger by that part [-]."""
+    rigid = rigid_body(body)
+    return rigid.inertia[axis] / (rigid.mass * body.radius**2)
 
 
 def slide(setups, effects, inputs, way=None):
@@ -297,7 +302,7 @@ def slide(setups, effects, inputs, way=None):
         return moving, law_at(setups, effects, moving, velocity, normal)
 
     rolls = rolling(setups, inputs, moving_at(speed)[1].friction) & (way is not None)
-    inertia = state.mass * (1 + np.array([turning(setup) if held else 0.0 for setup, held in zip(setups, rolls, strict=True)]))
+    inertia = state.mass * (1 + np.where(rolls, turns(setups), 0.0))
 
     def slowing(v):
         moving, law = moving_at(v)

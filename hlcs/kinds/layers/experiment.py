@@ -185,8 +185,8 @@ class Layers(Tabulated):
         statistic, p, threshold, draws = observations.adequacy(data, *of_model)
         error = np.sqrt(data.variance + problem.responses.base.variance + (observations.CAMPAIGN * data.mean) ** 2)
         compared = [statistics.welch(*pair) for pair in samples(problem, fit.model)]
-        count, reduced = int(layers.sum()), fit.chi2_per_freedom
-        return Adequacy(statistic <= threshold, statistic, p, threshold, "chi2", reduced, reduced, draws), {
+        count, left = int(layers.sum()), fit.chi2_per_freedom
+        return Adequacy(statistic <= threshold, statistic, p, threshold, "chi2", left, left, draws), {
             "trial": data.set[layers],
             "channel": np.zeros(count, dtype=int),
             "layer": data.layer[layers],

@@ -283,7 +283,7 @@ def table_candidates(file, table, names, own):
             return "the load does not vary"
         if kind in (effects.RollingFriction, InertiaError) and body.shape != "sphere":
             return "no other body than a sphere rolls"
-        if kind is ClockOffset and "mark_1_m" in inputs:
+        if kind is ClockOffset and np.any(inputs.get("mark_1_m", 0.0)):
             return "its clock starts at the first mark"
         return None
 

@@ -17,7 +17,7 @@ from hlcs.simulation import outcome_motion
 
 TURNS_ABOUT = {"sphere": 1, "cylinder": 2, "disc": 2}  # what may roll -> the axis of the body about which it then turns
 GRIPS = "With a friction stated that makes it grip its slope (2/7 of the slope, of a solid ball) it rolls here too"
-AS_A_BALL = "Stated as a sphere with its radius, its mass, and its inertia about its axis three times, it rolls here too"
+AS_A_BALL = "Stated as a sphere of its radius, mass and inertia, with a friction that makes it grip, it rolls here too"
 
 
 def held_told(problem, model):
@@ -39,15 +39,16 @@ def rolling_told(problem, model, judge):
     judge: (problem, fit) -> (Adequacy, table of observations). What was found need not do worse: rolling is what they do, and
     needs no number. The drag of the air slows what rolls by as much less, which is left out: it is small where one rolls.
     """
-    shape = problem.file.body.shape
+    shape, inputs = problem.file.body.shape, problem.table.inputs
     if problem.table.outcome not in ON_A_FLOOR or shape not in TURNS_ABOUT or not known_body(problem.file.body):
         return ()
     rolls = that_rolls(problem)
     if not judge(rolls, rolls.fit(model))[0].adequate:
         return ()
     rolling = f"if the body rolls without slipping, in place of sliding as the stated friction lets it, {AS_IT_IS}"
-    here = GRIPS if shape == "sphere" else AS_A_BALL
-    return (AsItIs(f"{rolling}. {here}, and its times tell the resistance to rolling"),)
+    let_go = problem.table.outcome == "slide_time_s" and "distance_m" in inputs and not np.any(inputs.get("speed_m_s", 0.0))
+    here = f". {GRIPS if shape == 'sphere' else AS_A_BALL}, and its times tell the resistance to rolling" if let_go else ""
+    return (AsItIs(f"{rolling}{here}"),)
 
 
 def rolled_told(problem, fit):
@@ -58,14 +59,14 @@ def rolled_told(problem, fit):
     body, found = problem.file.body, fit.model.numbers.get("friction")
     if problem.table.outcome != "stop_distance_m" or body.shape != "sphere" or not known_body(body) or not found:
         return ()
-    arm = found["coefficient"] * body.radius * (1 + outcome_motion.turning(problem.file))
+    arm = found["coefficient"] * body.radius * (1 + outcome_motion.turning(body))
     stops = "in place of sliding, it is stopped by its resistance to rolling, not by friction"
     return (AsItIs(f"if the ball rolls to its stop, {stops}: an arm of {size(arm, 'm')} (rolling_friction) does the same"),)
 
 
 def that_rolls(problem):
     """The TableProblem of bodies that roll without slipping."""
-    heavier = 1 + outcome_motion.turning(problem.file, TURNS_ABOUT[problem.file.body.shape])
+    heavier = 1 + outcome_motion.turning(problem.file.body, TURNS_ABOUT[problem.file.body.shape])
     around, inputs = problem.file.surroundings, dict(problem.table.inputs)
     inputs.pop("friction", None)
     if "gravity_m_s2" in inputs:

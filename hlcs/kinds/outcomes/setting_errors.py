@@ -16,8 +16,12 @@ from hlcs.simulation import outcome_motion
 LEAST_SETTINGS = 6  # from which scatter between settings is told from the bend of an effect
 MOST_BENT = 3  # degree of the curve: what the library does to an outcome bends no more over a range of one input
 APART = 0.05  # probability below which neighbours are too much alike for scatter: the rest of an effect would be so
-LARGEST = 0.25  # of the step from one setting to the next that an error of it may be: heights 0.2 m apart are set better
+LARGEST = 0.25  # of the mean step from one setting to the next that an error of it may be: heights 0.2 m apart are set better
 FINE = 400  # variances, from far below that of a mean to far above the misfit, among which the most probable is looked for
+NO_ERROR = (
+    "beyond what their replicates and the stated errors of inputs explain: an error of the input that makes so much is more than "
+    "a quarter of the way to the next setting, so it is not taken for one"
+)
 
 
 class SettingErrors(NamedTuple):
@@ -85,6 +89,8 @@ def setting_errors(file, table, sigma, model, expected):
     scatter, unit = between_settings(table, sigma, known, expected[first]), OUTCOMES[table.outcome]
     if scatter.alone is not None:
         return SettingErrors(known, notes=(_stands_alone(table, first[scatter.alone]),))
+    if scatter.too_large:
+        return SettingErrors(known, notes=(f"settings scatter by {scatter.too_large:.2g} {unit} {NO_ERROR}",))
     if not scatter.size > 0:
         return SettingErrors(known)
     note = (
@@ -111,6 +117,7 @@ class Scatter(NamedTuple):
     size: float = 0.0  # one sigma [unit of the outcome]; 0 = none is seen
     freedom: int = 0  # degrees of freedom that it was read from
     alone: int | None = None  # the distinct setting that carries it alone, then no scatter; None = all do
+    too_large: float = 0.0  # one sigma that is seen, and that no error of the input can make [unit of the outcome]; 0 = none
 
 
 def between_settings(table, sigma, known, expected):
@@ -122,7 +129,8 @@ def between_settings(table, sigma, known, expected):
     what is left of the misfit of the setting means once a polynomial of that input is taken away, at least of second degree:
     effects follow an input along a curve, and one that a polynomial does not follow leaves neighbours alike (J. von Neumann, Ann.
     Math. Stat. 12 (1941) 367). Where that is seen, or fewer than six settings were measured, none is taken; nor where an error of
-    the input would have to be so large that settings could be taken for each other. Its variance is that of R. DerSimonian and
+    the input would have to be so large that settings could be taken for each other (where the outcome hardly depends on the
+    input, it is something else that differs from one setting to the next). Its variance is that of R. DerSimonian and
     N. Laird, Control. Clin. Trials 7 (1986) 177: what the weighted sum of squares has in excess.
     """
     _, first, counts = np.unique(table.setting, return_index=True, return_counts=True)
@@ -148,8 +156,8 @@ def between_settings(table, sigma, known, expected):
     if alone is not None:
         return Scatter(alone=int(order[alone]))
     size = float(np.sqrt((excess - freedom) / np.trace(weights[:, None] * left)))
-    most = LARGEST * np.median(np.diff(x)) * np.median(np.abs(np.gradient(expected[order], x)))
-    return Scatter(size, freedom) if size <= most else Scatter()
+    step = (x[-1] - x[0]) / (len(x) - 1) * np.median(np.abs(np.gradient(expected[order], x)))  # of the outcome
+    return Scatter(too_large=size) if LARGEST * step < size < np.ptp(expected) else Scatter(size, freedom)
 
 
 def carried_by_one(misfit, curve, variance):

@@ -30,16 +30,16 @@ ZEROS = {  # what is read from one zero -> its unit, what to check
 }
 SCALES = {  # what is read from one scale that no effect knows -> what to check
     ("speed_m_s",): "what measured the speed, beside another way to measure it",
-    ("angle_deg",): "what measured the angle, at 45 and 90 degrees",
+    ("angle_deg",): "what measured the angle, against angles that are known",
     ("slope",): "how the slope was measured: rise over run, not over the length of the slope",
 }
 ALONG = 1.1  # of the length of a body: how far off a zero is looked for, which noise may move beyond its end
 FASTER, TURNED = 0.5, 5.0  # of the smallest speed, degrees: farther off than that nobody takes them for right
-SCALED = 0.1  # the same of a factor
+SCALED = 0.1  # the same as a part of what is stated
 
 
 def zero_errors_told(problem, models, chi2, judge):
-    """The notes on lengths with whose zero elsewhere a model leaves nothing but noise, () of none.
+    """The notes on inputs with whose zero elsewhere, or with whose scale another, a model leaves nothing but noise, () of none.
 
     models: the model under test, and others whose numbers are fitted beside the zero, in the order in which they are asked, until
     one has a note; chi2: of the best set, in the same problem; judge: (problem, fit) -> (Adequacy, table of observations). The
@@ -54,7 +54,7 @@ def zero_errors_told(problem, models, chi2, judge):
     level = problem.table.outcome in ON_A_FLOOR and not {*inputs} & {"angle_deg", "slope"}  # then the floor may slope after all
     read = {*inputs, problem.table.outcome, *(["angle_deg"] if level else [])}
     asked = [(names, unit, most[unit], check) for names, (unit, check) in ZEROS.items() if most[unit] and read.issuperset(names)]
-    asked += [(names, "%", SCALED, check) for names, check in SCALES.items() if np.any(inputs.get(names[0], 0.0))]
+    asked += [(names, "%", SCALED, check) for names, check in SCALES.items() if np.ptp(inputs.get(names[0], 0.0)) > 0]
     told = (tuple(note for each in asked for note in _told(problem, model, *each, chi2 + TIED, judge)) for model in models)
     return next(filter(None, told), ())
 
@@ -80,11 +80,15 @@ def _told(problem, model, names, unit, most, check, worst, judge):
     off, reach = abs(found.x), np.sqrt(2 * special.chdtri(1, 1 - INTERVAL) / bend) if 0 < bend < np.inf else 0.0
     off, error = (f"{100 * value:.2g} %" if unit == "%" else size(value, unit) for value in (off, reach))
     which, side = " and ".join(names) + (" is" if len(names) == 1 else " are"), "more" if found.x > 0 else "less"
-    than = "than stated" if problem.table.outcome in names or names[0] in problem.table.inputs else "than 0, as no column states,"
-    stated = f"{off}{f' +- {error}' if reach else ''} {side} {than} in all rows alike"
+    off += f" +- {error}" if reach else ""
+    if problem.table.outcome in names or names[0] in problem.table.inputs:
+        wrong = f"{which} {off} {side} than stated in all rows alike"
+    else:
+        way, check = "down" if found.x > 0 else "up", "it with a level"
+        wrong = f"the floor slopes {way} along the motion by {off} in all rows alike, which no column states"
     numbers = [f"{words(term.name)} {key} = {value:.4g}" for term in fit.model.terms for key, value in term.values]
     whose = AS_IT_IS.replace("as it is", f"with {joined(numbers)}") if numbers else AS_IT_IS
-    return (AsItIs(f"if {which} {stated}, {whose}. Check {check}"),)
+    return (AsItIs(f"if {wrong}, {whose}. Check {check}"),)
 
 
 def with_zero_at(problem, names, offset):

@@ -174,5 +174,11 @@ def test_what_is_plausible_of_a_stated_tilt_lies_about_it_and_a_coefficient_keep
     level, tilted = stated.free
     assert (level.low, level.high) == (usual.free[0].low, usual.free[0].high)
     assert tilted.plausible(-0.055) and not tilted.plausible(0.0) and tilted.spread == usual.free[1].spread
-    (drag,) = candidate(effects.QuadraticDrag, Surroundings(), BALL, True, entry={"drag_coefficient": 0.5}).free
-    assert (drag.low, drag.high) == (0.0, 2.5)
+    for kind, number, value in (
+        (effects.QuadraticDrag, "drag_coefficient", 0.5),
+        (effects.Friction, "coefficient", 0.1),
+        (effects.Restitution, "coefficient", 0.9),
+        (effects.Magnus, "coefficient", 1.0),
+    ):
+        (own,), (free,) = (candidate(kind, Surroundings(), BALL, True, entry=entry).free for entry in ({number: value}, None))
+        assert (own.low, own.high, own.null) == (free.low, free.high, value)

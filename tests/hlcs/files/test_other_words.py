@@ -3,7 +3,7 @@
 import pytest
 
 import hlcs
-from hlcs.files.other_words import in_place_of
+from hlcs.files.other_words import in_place_of, in_place_of_column
 
 BODY = '[body]\nshape = "sphere"\nradius = 0.02\nmass = 0.01\n'
 
@@ -29,3 +29,10 @@ def test_of_a_quantity_that_files_do_not_know_is_said_what_to_write(tmp_path, to
 def test_a_name_is_known_by_its_beginning_in_whole_words():
     assert "passage_time_s" in in_place_of("Terminal_speed_m_s") and "0.1047" in in_place_of("rpm")
     assert in_place_of("viscosity") == in_place_of("speed_m_s") == in_place_of("v") == ""  # a start has a velocity
+
+
+def test_a_column_tells_rows_apart_by_its_whole_name_alone():
+    for name in ("trial", "Trial no.", "run-number", "no", "repeat_id"):
+        assert "leave it out" in in_place_of_column(name)
+    for name in ("number_of_bounces", "run_time_s", "test_mass_kg", "day_length"):
+        assert in_place_of_column(name) == ""

@@ -105,8 +105,9 @@ def test_what_would_take_settings_for_each_other_is_no_error_of_them():
     """Scatter of 5 where settings are 0.24 apart: at a slope of 100 that is a fifth of the way to the next, at 50 two."""
     x = np.linspace(0.3, 2.0, 8)
     means = 5.0 * np.random.default_rng(8).standard_normal(8)
-    small, large = (scatter_found(x, means, np.random.default_rng(9), slope) for slope in (100.0, 50.0))
-    assert 3.0 < small.size < 0.25 * 100 * 0.243 and large == Scatter()
+    small, large, other = (scatter_found(x, means, np.random.default_rng(9), slope) for slope in (100.0, 50.0, 0.0))
+    assert 3.0 < small.size < 0.25 * 100 * 0.243 and not large.size and large.too_large == pytest.approx(small.size)
+    assert other.size == pytest.approx(small.size)  # where the input does nothing it is something else that differs
 
 
 def test_a_misfit_that_hangs_together_is_not_taken_for_scatter():
