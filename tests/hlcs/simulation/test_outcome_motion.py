@@ -29,7 +29,11 @@ TABLES = {  # columns of the inputs, rows with the outcome last
     "slide_time_s to the stop": ("speed_m_s,friction", [(v, mu, v / (mu * G)) for v, mu in PAIRS]),
     "slide_time_s from rest": (
         "distance_m,friction,slope",
-        [(d, mu, SLOPE, np.sqrt(2 * d / (G * (SIN - mu * COS)))) for d in (0.5, 2.0) for mu in (0.02, 0.07)],
+        [(d, mu, SLOPE, np.sqrt(2 * d / (G * (SIN - mu * COS)))) for d in (0.5, 2.0) for mu in (0.0, 0.02)],
+    ),
+    "slide_time_s of a ball that grips": (  # a solid one: from 2/7 of the slope on, 0.0286
+        "distance_m,friction,slope",
+        [(d, mu, SLOPE, np.sqrt(2 * d / (5 / 7 * G * SIN))) for d in (0.5, 2.0) for mu in (0.03, 0.07, 0.2)],
     ),
     "slide_time_s through a mark": (
         "distance_m,speed_m_s,friction",
