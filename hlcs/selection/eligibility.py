@@ -169,7 +169,7 @@ def with_drag_that_fits(why, body, surroundings, speed):
     return found
 
 
-def two_digits(number):
+def grouped(number):
     """Two digits without powers of ten: 21,000."""
     return f"{float(f'{number:.2g}'):,.10g}"
 
@@ -180,9 +180,9 @@ def _out_of_reach(kind, least, most):
     if most == 0.0 and np.isfinite(ends):
         return "there is no fluid, or no motion through it"
     if most < begins:
-        reached = two_digits(most) if two_digits(most) != two_digits(begins) else f"{most:,.5g}"
-        return f"Reynolds numbers reach {reached} only, and it needs {two_digits(begins)}"
-    return f"Reynolds numbers reach {two_digits(least)}, and it holds up to {two_digits(ends)}" if least > ends else None
+        reached = grouped(most) if grouped(most) != grouped(begins) else f"{most:,.5g}"
+        return f"Reynolds numbers reach {reached} only, and it needs {grouped(begins)}"
+    return f"Reynolds numbers reach {grouped(least)}, and it holds up to {grouped(ends)}" if least > ends else None
 
 
 def stated(kind, entries, own=()):

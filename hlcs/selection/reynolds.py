@@ -4,7 +4,7 @@ from dataclasses import replace
 from math import inf
 
 from hlcs.data.rigid_body import rigid_body
-from hlcs.selection.eligibility import reynolds_numbers, two_digits
+from hlcs.selection.eligibility import grouped, reynolds_numbers
 from minibullet.effects.flow import TubeDrag, tube_factor
 from minibullet.effects.fluid import (
     SCHILLER_NAUMANN,
@@ -72,7 +72,7 @@ def _reached(kind, numbers, spheres, adequate, walled):
         )
         return NOT_KNOWN | {"told": f"{told}: write fluid_viscosity."}
     least, most = (float(end(low for low, _ in found)) for end in (min, max))
-    span = two_digits(most) if two_digits(least) == two_digits(most) else f"{two_digits(least)} to {two_digits(most)}"
+    span = grouped(most) if grouped(least) == grouped(most) else f"{grouped(least)} to {grouped(most)}"
     reach = f"{'By the fitted viscosity the' if eta else 'The'} data reach Reynolds numbers of {span}"
     if issubclass(kind, SphereDrag):
         told = f"{reach}; the drag of a sphere follows this curve to 5 % up to about {SCHILLER_NAUMANN:g} ({CURVE})."
@@ -97,9 +97,9 @@ def _in_proportion(reach, most, eta, walled):
     if thinner > SCHILLER_NAUMANN:
         return told
     if not eta:
-        return f"{told} At {two_digits(most)} that law is {_short(most):.0f} % too small ({CURVE})."
+        return f"{told} At {grouped(most)} that law is {_short(most):.0f} % too small ({CURVE})."
     return (
-        f"{told} One that is held back as much has {two_digits(thinner)}, where that law is {_short(thinner):.0f} % too small "
+        f"{told} One that is held back as much has {grouped(thinner)}, where that law is {_short(thinner):.0f} % too small "
         f"({CURVE}), in a liquid of {eta * most / thinner:.2g} Pa s: the viscosity is told too large."
     )
 
@@ -112,11 +112,11 @@ def _short(reynolds):
 def _by_coefficient(reach, least, most, begins, ends):
     """What the drag coefficient of a sphere does there."""
     if most > ends:
-        return f"{reach}; beyond {two_digits(ends)} the drag coefficient of a sphere falls to a fraction ({TABLES})."
+        return f"{reach}; beyond {grouped(ends)} the drag coefficient of a sphere falls to a fraction ({TABLES})."
     if least >= begins:
-        until = f" to {two_digits(ends)}" if ends < inf else " on"
-        return f"{reach}, where this is the form of the drag of a sphere (from about {two_digits(begins)}{until}; {TABLES})."
+        until = f" to {grouped(ends)}" if ends < inf else " on"
+        return f"{reach}, where this is the form of the drag of a sphere (from about {grouped(begins)}{until}; {TABLES})."
     high, low = (drag_coefficient_of_sphere(number) for number in (least, min(most, SCHILLER_NAUMANN)))
     there = f"{high:.2g}" if f"{high:.2g}" == f"{low:.2g}" else f"from {high:.2g} to {low:.2g}"
-    begun = two_digits(begins)
+    begun = grouped(begins)
     return f"{reach}; the drag coefficient of a sphere is constant from about {begun} on, and {there} here ({CURVE})."

@@ -63,12 +63,12 @@ def levels(file, table, other_bodies):
 def around(values):
     """Values within the measured range and beyond it, two digits each: [(value, octaves beyond)]."""
     low, high = float(values.min()), float(values.max())
-    inside = {low: 0.0, high: 0.0, two_digits((low + high) / 2): 0.0}
-    beyond = {two_digits(end * factor): octaves(factor) for factor in BEYOND for end in ((low,) if factor < 1 else (high,))}
+    inside = {low: 0.0, high: 0.0, rounded((low + high) / 2): 0.0}
+    beyond = {rounded(end * factor): octaves(factor) for factor in BEYOND for end in ((low,) if factor < 1 else (high,))}
     return sorted((beyond | inside).items())
 
 
-def two_digits(value):
+def rounded(value):
     return float(f"{value:.2g}")
 
 

@@ -6,7 +6,7 @@ from hlcs.learning.rebounds import with_restitution
 from hlcs.simulation.outcome_motion import fallen
 
 ASKED = np.linspace(0.02, 1.0, 25)  # restitutions, between which that of a row is read: the root of a height is nearly straight
-TOLD = {"rebound_height_m": "height_m", "rebound_speed_m_s": "impact_speed_m_s"}  # outcome -> what tells the speed of impact
+STRIKES_AT = {"rebound_height_m": "height_m", "rebound_speed_m_s": "impact_speed_m_s"}  # outcome -> what tells the speed
 
 
 def rebounds_read(problem, model):
@@ -14,7 +14,7 @@ def rebounds_read(problem, model):
     [] of another table. The restitution is that with which the model foretells the row, fluid and all; rows that no restitution
     foretells, within their error, are left out."""
     table, here = problem.table, problem.setups[0]
-    single = table.outcome in TOLD and np.all(table.inputs.get("bounce", np.ones(1)) == 1)
+    single = table.outcome in STRIKES_AT and np.all(table.inputs.get("bounce", np.ones(1)) == 1)
     if not single or any(setup != here for setup in problem.setups):
         return []
     models = [with_restitution(model, here, float(restitution)) for restitution in ASKED]
@@ -31,7 +31,7 @@ def rebounds_read(problem, model):
 
 def _speeds(problem, model):
     """Speeds with which the body strikes in the settings of a table of rebounds (d,) [m/s]."""
-    told = problem.distinct[TOLD[problem.table.outcome]]
+    told = problem.distinct[STRIKES_AT[problem.table.outcome]]
     if problem.table.outcome == "rebound_speed_m_s":
         return told
     effects, _, _ = model.changes(problem.setups[0].surroundings)
