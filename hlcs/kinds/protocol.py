@@ -53,6 +53,7 @@ class OpenExperiment(Protocol):
     unit: str  # of the error
     measure: str  # of the error, "rms" or "mean relative error"
     carried_noise: bool  # does a model carry errors of inputs into the noise, so that the better model tells it?
+    shows_motion: bool  # do the data tell apart what acts on the way and what acts at its end?
     judgeable: bool  # is the noise known?
     noise: dict  # what is known of it, as it is told
     notes: tuple[str, ...]  # what a reader must know of the data
@@ -78,6 +79,8 @@ class OpenExperiment(Protocol):
 
 class Tabulated:
     """What the kinds of measurement have in common whose models foretell every number of a table at once."""
+
+    shows_motion = False
 
     @staticmethod
     def polisher(problem, best, on_all):

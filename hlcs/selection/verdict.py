@@ -41,17 +41,16 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     one) -> what that changed, `alone` (problem, fit) -> a fit that owes nothing to other sets, `with_step_error` (problem, fit)
     -> one whose numbers have that of the time step, `learn` (problem, fit, best fit) -> the law that explains the rest, or None,
     `noise_shown` (problem, fit) -> the noise with which all would be explained, or None, `starts_shown` (problem, fit) -> the
-    starts with which it would be, or None, `moved` (problem) -> how fast bodies moved, and `pictures`; prepared: has the
-    problem and the fit of the model under test; absent: {name: why it was not tried}; on_all: function (problem, fit) -> the
-    same on all rows, for the verdict and the numbers, where the search has fewer.
+    starts with which it would be, or None, `moved` (problem) -> how fast bodies moved, `pictures`, and `shows_motion`; prepared:
+    has the problem and the fit of the model under test; absent: {name: why it was not tried}; on_all: function (problem, fit) ->
+    the same on all rows, for the verdict and the numbers, where the search has fewer.
     """
     problem, base = prepared.problem, prepared.base
     finished = finals(experiment, search, experiment.polisher(problem, search.fits[search.ranked()[0]], on_all))
     _, _, before, table_before = finished(frozenset())
     fitted = partial(FittedSets, search, cross_validation, alone=experiment.alone)
-    sets, (judged, best, after, table_after) = best_set(fitted, finished)
-    learned = None if after.adequate or search.budget.stopped else learned_law(experiment, sets)
-    starts_shown = None if after.adequate or learned or search.budget.stopped else experiment.starts_shown
+    sets, learned = law_first(experiment, fitted, finished, best_set(fitted, finished)[0])
+    starts_shown = None if learned or search.budget.stopped or finished(sets.best)[2].adequate else experiment.starts_shown
     sets, (judged, best, after, table_after), starts = starts_first(fitted, finished, sets, starts_shown)
     effects = sets.best
     search.progress("comparing sets")
@@ -92,6 +91,29 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     )
 
 
+def law_first(experiment, fitted, finished, sets):
+    """(FittedSets, the Learned law that explains what the best of them leaves, or None).
+
+    Where a kind of data shows the end of a motion alone, all sets that explain it may do so by numbers beyond what is plausible
+    (a drag of five times what air allows, for rebounds that grow lower with speed). There no effect stands if a law without them
+    is cheaper, at the odds against any one effect, by more than what is tied. fitted, finished: as in `starts_first`.
+    """
+    search, bare = sets.search, frozenset()
+    if search.budget.stopped:
+        return sets, None
+    try:
+        if not finished(sets.best)[2].adequate:
+            return sets, learned_law(experiment, sets)
+        if experiment.shows_motion or not all(search.fits[effects].implausible for effects in sets.tied):
+            return sets, None
+        law = experiment.learn(search.problem, search.fits[bare], search.fits[bare])
+    except KeyboardInterrupt:  # the verdict is known
+        return sets, search.budget.stop(search.progress)
+    if not (law and law.fit) or sets.cost_of(bare, law.fit) + search.odds >= sets.cost(sets.best) - TIED:
+        return sets, None
+    return fitted(finished(bare)[2].overdispersion, possible=lambda effects: not effects), law
+
+
 def learned_law(experiment, sets):
     """The Learned law that explains what the best of the FittedSets leaves, or None: it takes HELPS of that, as an effect must.
 
@@ -104,8 +126,6 @@ def learned_law(experiment, sets):
     try:
         found = experiment.learn(search.problem, best, best)
         alone = experiment.learn(search.problem, search.fits[bare], best) if bare != effects else None
-    except KeyboardInterrupt:  # the verdict is known
-        return search.budget.stop(search.progress)
     finally:
         search.problem.overdispersion = tempered
     found, alone = (law if law and (not law.fit or explained(best, law.fit) >= HELPS) else None for law in (found, alone))

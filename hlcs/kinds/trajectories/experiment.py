@@ -72,7 +72,7 @@ def on_fewer(finding, count):
 class Trajectories:
     """An OpenExperiment (`kinds.protocol`) of recordings: the pose of one body at many times, in one or more trials."""
 
-    kind, measure, unit, carried_noise = "trajectory", "rms", "m", False
+    kind, measure, unit, carried_noise, shows_motion = "trajectory", "rms", "m", False, True
     layout = LAYOUTS[kind]
     unjudged = Reason.NOT_JUDGED()
     judge, where = staticmethod(judge), staticmethod(where_it_fails)

@@ -17,7 +17,7 @@ from hlcs.selection.held_out import HeldOut
 from hlcs.selection.search import Search
 from hlcs.selection.sets import FittedSets
 from hlcs.selection.thresholds import TIED
-from hlcs.selection.verdict import _described, adequate_ones, best_set, finals, learned_law
+from hlcs.selection.verdict import _described, adequate_ones, best_set, finals, law_first, learned_law
 from hlcs.simulation.model import Model
 
 
@@ -466,7 +466,11 @@ def test_ctrl_c_while_a_law_is_learned_loses_no_verdict(generator):
     clear = sets(0.3, generator)
     clear.search.budget.stopped, said = False, []
     clear.search.progress = said.append
-    assert learned_law(SimpleNamespace(learn=interrupted), clear) is None
+
+    def finished(effects):
+        return None, None, SimpleNamespace(adequate=False)
+
+    assert law_first(SimpleNamespace(learn=interrupted), None, finished, clear) == (clear, None)
     assert clear.search.budget.stopped and "Ctrl-C again gives up" in said[-1]
 
 
