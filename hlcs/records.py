@@ -212,15 +212,16 @@ class Diagnosis(Judgement, Found):
     @property
     def entries(self):
         """What is to be added to [model] effects: name and numbers of each effect, "fill in" for a number that is withheld."""
-        return self._entries_of(self.effects)
+        return tuple(found_entry(name, self.parameters.get(name, {})) for name in self.effects)
 
     @property
     def alternatives(self):
-        """What could be added in place of `entries`, for each other set of effects that does as well."""
-        return tuple(self._entries_of(other["effects"]) for other in self.sets[1:])
-
-    def _entries_of(self, names):
-        return tuple(found_entry(name, self.parameters.get(name, {})) for name in names)
+        """What could be added in place of `entries`, for each other set of effects that does as well: with its own numbers, since
+        what all sets hold is not the same beside each of the others."""
+        return tuple(
+            tuple(found_entry(name, self.parameters.get(name, {}), other["parameters"].get(name)) for name in other["effects"])
+            for other in self.sets[1:]
+        )
 
     @property
     def law(self):

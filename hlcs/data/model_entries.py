@@ -10,12 +10,14 @@ MODEL = "model.toml"  # name of the experiment with what was found added, in a f
 FILL_IN = "fill in"  # stands for a number that a diagnosis withheld; no model can be computed with it
 
 
-def found_entry(name, numbers):
+def found_entry(name, numbers, values=None):
     """The entry {name, number: value, ..} of an effect, without what the data do not show; numbers: {number: {value, low, high,
-    ..}}, value None = withheld."""
-    told = {key: entry for key, entry in numbers.items() if "left_out" not in entry}
-    values = {key: FILL_IN if entry["value"] is None else _rounded(entry) for key, entry in told.items()}
-    return {"name": name, **values}
+    ..}}, value None = withheld; values: {number: value} as another fit has them, in place of those."""
+    told = {
+        key: entry | {"value": own} if (own := (values or {}).get(key)) is not None else entry for key, entry in numbers.items()
+    }
+    told = {key: FILL_IN if entry["value"] is None else _rounded(entry) for key, entry in told.items() if "left_out" not in entry}
+    return {"name": name, **told}
 
 
 def withheld(names, parameters, left_out):

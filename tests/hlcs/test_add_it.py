@@ -222,6 +222,13 @@ def test_the_others_of_an_ambiguous_set_are_written_out_too(tmp_path):
     assert all(hlcs.compare(path, effects=entries).adequate for entries in (found.entries, instead))
 
 
+def test_what_all_sets_hold_is_written_out_with_the_number_that_it_has_in_each(dragged):
+    _, found = dragged
+    other = {**found.sets[0], "parameters": {"quadratic_drag": {"drag_coefficient": 0.61234567}}}
+    ((entry,),) = replace(found, sets=(*found.sets[:1], other)).alternatives
+    assert entry["drag_coefficient"] == pytest.approx(0.6123, abs=1e-4) and entry["drag_coefficient"] != 0.61234567
+
+
 def test_where_no_effect_does_as_well_the_alternative_is_nothing(dragged):
     _, found = dragged
     alike = replace(found, verdict="ambiguous", sets=(*found.sets[:1], {**found.sets[0], "effects": []}))
