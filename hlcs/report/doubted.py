@@ -5,7 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hlcs.data.experiment_file import Surroundings
-from hlcs.report.words import joined, number, size, words
+from hlcs.data.notes import AsItIs
+from hlcs.report.words import capital, joined, number, size, words
 
 KNOWN_BY = {  # what a noise is called, by how it is known
     "stated": "The stated noise",
@@ -59,6 +60,16 @@ def starts_wrong(shown, mended, searched):
         f"the data, and {more} need be missing. They differ from those stated by {differ}. So it is where a body was let go a "
         f"little before the first stamp. Or {other}. To know it, {shown['next']}."
     )
+
+
+def as_it_is(diagnosis, told):
+    """Sentences on what was found, and those on a setup, another than stated, with which the model as it is agrees with the data:
+    the latter first where nothing explains them otherwise."""
+    notes = AsItIs.among(diagnosis.notes)
+    if not notes or diagnosis.verdict != "unexplained":
+        return [*told, *(f"Or none of this: {note}." for note in notes)]
+    first, *others = told
+    return [*(f"{capital(note)}." for note in notes), f"If that is not so: {first[0].lower()}{first[1:]}", *others]
 
 
 def local_gravity(diagnosis):

@@ -2,12 +2,12 @@
 
 import math
 
-from hlcs.data.notes import AsItIs, OutOfTime, Stopped
+from hlcs.data.notes import OutOfTime, Stopped
 from hlcs.data.quantities import unit_of
 from hlcs.records import Reason
 from hlcs.report.alternatives import alternatives, crossed, crossing_told
 from hlcs.report.document import Points
-from hlcs.report.doubted import doubt, local_gravity
+from hlcs.report.doubted import as_it_is, doubt, local_gravity
 from hlcs.report.leftover import likeness, turns_missed
 from hlcs.report.ranking import ranking
 from hlcs.report.words import capital, joined, number, share, size, span, two_digits, value, words
@@ -31,16 +31,8 @@ def opening(diagnosis):
     }[diagnosis.verdict](diagnosis)
     stopped = ["Stopped by Ctrl-C before the search ended: what follows holds for the sets of effects that were fitted by then."]
     outside = reynolds_told(diagnosis, holds=False)
-    others = [f"Or none of this: {note}." for note in AsItIs.among(diagnosis.notes)]
-    return [
-        *stopped * bool(Stopped.among(diagnosis.notes)),
-        *told,
-        *_not_tried_for_time(diagnosis),
-        *local_gravity(diagnosis),
-        *outside,
-        *others,
-        *_tolerance(diagnosis),
-    ]
+    told += [*_not_tried_for_time(diagnosis), *local_gravity(diagnosis), *outside]
+    return [*stopped * bool(Stopped.among(diagnosis.notes)), *as_it_is(diagnosis, told), *_tolerance(diagnosis)]
 
 
 def _not_tried_for_time(diagnosis):

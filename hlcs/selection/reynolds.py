@@ -77,7 +77,7 @@ def _reached(kind, numbers, spheres, adequate, walled):
     if issubclass(kind, SphereDrag):
         told = f"{reach}; the drag of a sphere follows this curve to 5 % up to about {SCHILLER_NAUMANN:g} ({CURVE})."
     elif issubclass(kind, ViscousDrag):
-        told = _in_proportion(reach, most, eta if adequate else None, walled)
+        told = _in_proportion(reach, most, eta if adequate and not walled else None, walled)
     else:
         told = _by_coefficient(reach, least, most, begins, ends)
     return {"least": least, "most": most, "holds": begins <= least and most <= ends, "told": told}
@@ -85,7 +85,7 @@ def _reached(kind, numbers, spheres, adequate, walled):
 
 def _in_proportion(reach, most, eta, walled):
     """What the drag of a sphere is beside one in proportion to speed; eta: the viscosity that it gave, None: none, or one that
-    explains nothing; walled: are the walls of a tube counted already?"""
+    explains nothing, or shares that with walls; walled: are the walls of a tube counted already?"""
     if most <= StokesDrag.reynolds_of_spheres[1]:
         told = f"{reach}, where Stokes's law tells the drag of a sphere to {_short(most):.0f} %."
         if walled:

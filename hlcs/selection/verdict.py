@@ -33,7 +33,7 @@ class Selection(Found):
         return "effect" if self.effects else "complete"
 
 
-def select(experiment, prepared, search, cross_validation, absent, on_all=lambda problem, fit: (problem, fit)):
+def select(experiment, prepared, search, cross_validation, absent, otherwise=lambda: np.inf, on_all=lambda *judged: judged):
     """The Selection from a search that has run.
 
     experiment: has `measure` of the error, `judge` (problem, fit) -> (Adequacy, table of observations), `where` (problem,
@@ -42,14 +42,16 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     -> one whose numbers have that of the time step, `learn` (problem, fit, best fit) -> the law that explains the rest, or None,
     `noise_shown` (problem, fit) -> the noise with which all would be explained, or None, `starts_shown` (problem, fit) -> the
     starts with which it would be, or None, `moved` (problem) -> how fast bodies moved, `pictures`, and `shows_motion`; prepared:
-    has the problem and the fit of the model under test; absent: {name: why it was not tried}; on_all: function (problem, fit) ->
-    the same on all rows, for the verdict and the numbers, where the search has fewer.
+    has the problem and the fit of the model under test; absent: {name: why it was not tried}; otherwise: function () -> what the
+    model costs were a reading of the file off alike in all rows; on_all: function (problem, fit) -> the same on all rows, for
+    the verdict and the numbers, where the search has fewer.
     """
     problem, base = prepared.problem, prepared.base
     finished = finals(experiment, search, experiment.polisher(problem, search.fits[search.ranked()[0]], on_all))
     _, _, before, table_before = finished(frozenset())
     fitted = partial(FittedSets, search, cross_validation, alone=experiment.alone)
     sets, learned = law_first(experiment, fitted, finished, best_set(fitted, finished)[0])
+    sets = reading_first(fitted, finished, sets, otherwise)
     starts_shown = None if learned or search.budget.stopped or finished(sets.best)[2].adequate else experiment.starts_shown
     sets, (judged, best, after, table_after), starts = starts_first(fitted, finished, sets, starts_shown)
     effects = sets.best
@@ -112,6 +114,16 @@ def law_first(experiment, fitted, finished, sets):
     if not (law and law.fit) or sets.cost_of(bare, law.fit) + search.odds >= sets.cost(sets.best) - TIED:
         return sets, None
     return fitted(finished(bare)[2].overdispersion, possible=lambda effects: not effects), law
+
+
+def reading_first(fitted, finished, sets, otherwise):
+    """The FittedSets; where one reading that is off alike in all rows explains the data and costs less than effects, by more than
+    what is tied, no effect stands. otherwise: as in `select`."""
+    bare = finished(frozenset())[2]
+    proved = sets.best and finished(sets.best)[2].adequate and not sets.search.budget.stopped
+    if not proved or bare.adequate or otherwise() >= sets.cost(sets.best) - TIED:
+        return sets
+    return fitted(bare.overdispersion, possible=lambda effects: not effects)
 
 
 def learned_law(experiment, sets):

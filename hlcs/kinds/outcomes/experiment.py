@@ -1,6 +1,8 @@
 """Outcome tables as a kind of measurement: read, compared with the model under test, searched for what it is missing."""
 
 from dataclasses import replace
+from functools import cache
+from itertools import chain
 
 import numpy as np
 
@@ -16,7 +18,7 @@ from hlcs.kinds.outcomes.rebounds_read import rebounds_read
 from hlcs.kinds.outcomes.repeats import groups_told, without_misread
 from hlcs.kinds.outcomes.rolling import rolled_told, rolling_told
 from hlcs.kinds.outcomes.row_noise import about_a_curve, between_repeats, to_know_it
-from hlcs.kinds.outcomes.zero_errors import zero_errors_told
+from hlcs.kinds.outcomes.zero_errors import zero_errors_told, zeros_of
 from hlcs.kinds.protocol import Observation, Tabulated, misfit
 from hlcs.learning.rebounds import learn_rebounds
 from hlcs.records import Reason
@@ -126,16 +128,21 @@ class Outcomes(Tabulated):
                 break
             prepared = posed(problem, prepared.base.model)
         self.noise = self._noise_of(prepared)
-        found = select(self, prepared, search, cross_validation, absent)
+        problem, model = prepared.problem, prepared.base.model
+        as_it_is = cache(lambda: zeros_of(problem, model, judge_table))
+
+        def with_zero():
+            return odds + min((zero.cost for zero in as_it_is()), default=np.inf)
+
+        found = select(self, prepared, search, cross_validation, absent, with_zero)
         if found.adequate["before"]:
             return found
         best = search.fits[frozenset(found.effects)]
-        model = prepared.base.model
         doubted = [entry for entry in chosen if entry.setting and not found.adequate["after"]]  # a number of the file beside it
-        models = [model, *(model.with_term(Term(entry, tuple(entry.start.items()))) for entry in doubted)]
-        zeros = zero_errors_told(prepared.problem, models, best.chi2, judge_table)
-        rolls = (*rolling_told(prepared.problem, model, judge_table), *rolled_told(prepared.problem, best))
-        return replace(found, notes=(*zeros, *rolls, *found.notes))
+        models = (model.with_term(Term(entry, tuple(entry.start.items()))) for entry in doubted)
+        zeros = chain([as_it_is()], (zeros_of(problem, each, judge_table) for each in models))
+        rolls = (*rolling_told(problem, model, judge_table), *rolled_told(problem, best))
+        return replace(found, notes=(*zero_errors_told(zeros, best.chi2), *rolls, *found.notes))
 
     def pilot(self, effect):
         class_named(effect, self.options.user_effects)

@@ -252,7 +252,7 @@ def fastest_rows(file, table):
         gain = (free * shortest / passed - 1) * np.minimum(shortest / np.maximum(table.values, 1e-9), 1.0) ** 2
         free = np.minimum(free, passed / np.maximum(table.values, 1e-9) * (1 + gain))
     begun = [np.abs(inputs.get(name, none)) for name in ("speed_m_s", "start_speed_m_s", "impact_speed_m_s")]
-    return np.maximum.reduce(np.broadcast_arrays(np.zeros(len(table.values)), free, *begun))
+    return np.sqrt(sum(speed**2 for speed in (np.zeros(len(table.values)), free, *begun)))  # what falls gains on its launch
 
 
 def table_candidates(file, table, names, own):

@@ -7,6 +7,7 @@ data, so the report names both.
 """
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy import optimize, special
@@ -35,33 +36,47 @@ SCALES = {  # what is read from one scale that no effect knows -> what to check
 }
 ALONG = 1.1  # of the length of a body: how far off a zero is looked for, which noise may move beyond its end
 FASTER, TURNED = 0.5, 5.0  # of the smallest speed, degrees: farther off than that nobody takes them for right
-SCALED = 0.1  # the same as a part of what is stated
+SCALED = 0.1  # the same as a part of what is stated; of a length of many bodies' lengths its zero too: the edge of a bench
 
 
-def zero_errors_told(problem, models, chi2, judge):
-    """The notes on inputs with whose zero elsewhere, or with whose scale another, a model leaves nothing but noise, () of none.
+class Zero(NamedTuple):
+    """An input, or the outcome, that is off alike in all rows, and with which a model leaves nothing but noise."""
 
-    models: the model under test, and others whose numbers are fitted beside the zero, in the order in which they are asked, until
-    one has a note; chi2: of the best set, in the same problem; judge: (problem, fit) -> (Adequacy, table of observations). The
-    zero of a length is looked for about as far off as the smallest body is long: it is counted from one of its points.
+    chi2: float
+    cost: float  # -2 log of the evidence, as `Fit.cost`: it is believed to be off by half as much as is looked for, or less
+    note: AsItIs
+
+
+def zeros_of(problem, model, judge):
+    """The Zeros of a model, in the order of ZEROS and SCALES; judge: (problem, fit) -> (Adequacy, table of observations).
+
+    The zero of a length is looked for about as far off as the smallest body is long, since it is counted from one of its points,
+    or SCALED of the shortest such length.
     """
     inputs, reaches = problem.table.inputs, [bounding_radius(setup.body) for setup in problem.setups]
-    most = {
-        "m": 0.0 if None in reaches else ALONG * 2 * min(reaches),
-        "m/s": FASTER * float(np.min(inputs.get("speed_m_s", 0.0))),
-        "degrees": TURNED,
-    }
+    long = 0.0 if None in reaches else ALONG * 2 * min(reaches)
+    shortest = {name: float(np.min(inputs.get(name, 0.0))) for (name, *_) in ZEROS}
+    most = {"m/s": FASTER * shortest["speed_m_s"], "degrees": TURNED}
     level = problem.table.outcome in ON_A_FLOOR and not {*inputs} & {"angle_deg", "slope"}  # then the floor may slope after all
     read = {*inputs, problem.table.outcome, *(["angle_deg"] if level else [])}
-    asked = [(names, unit, most[unit], check) for names, (unit, check) in ZEROS.items() if most[unit] and read.issuperset(names)]
+    ends = [
+        (names, unit, most.get(unit, max(long, SCALED * shortest[names[0]])), check) for names, (unit, check) in ZEROS.items()
+    ]
+    asked = [each for each in ends if each[2] and read.issuperset(each[0])]
     asked += [(names, "%", SCALED, check) for names, check in SCALES.items() if np.ptp(inputs.get(names[0], 0.0)) > 0]
-    told = (tuple(note for each in asked for note in _told(problem, model, *each, chi2 + TIED, judge)) for model in models)
+    return tuple(filter(None, (_zero(problem, model, *each, judge) for each in asked)))
+
+
+def zero_errors_told(found, chi2):
+    """The notes on zeros; found: Zeros of each of some models, in the order in which they are asked, until one has a note; chi2:
+    of the best set, in the same problem."""
+    told = (tuple(zero.note for zero in zeros if zero.chi2 < chi2 + TIED) for zeros in found)
     return next(filter(None, told), ())
 
 
-def _told(problem, model, names, unit, most, check, worst, judge):
-    """The note on what has these names, () where no common error of it up to `most`, in this unit or as a part of it where that
-    is "%", leaves chi2 below `worst` and noise."""
+def _zero(problem, model, names, unit, most, check, judge):
+    """The Zero of what has these names, None where no common error of it up to `most`, in this unit or as a part of it where that
+    is "%", leaves noise."""
     changed = scaled if unit == "%" else with_zero_at
 
     def misfit(offset):
@@ -73,14 +88,16 @@ def _told(problem, model, names, unit, most, check, worst, judge):
     found = optimize.minimize_scalar(misfit, bounds=(-most, most), method="bounded", options={"xatol": 1e-4 * most})
     moved = changed(problem, names, found.x)
     fit = moved.fit(model)
-    if not found.fun < worst or not judge(moved, fit)[0].adequate:
-        return ()
-    step = 0.01 * most
+    if not np.isfinite(found.fun) or not judge(moved, fit)[0].adequate:
+        return None
+    step, spread = 0.01 * most, 0.5 * most
     bend = (misfit(found.x + step) + misfit(found.x - step) - 2 * found.fun) / step**2
-    off, reach = abs(found.x), np.sqrt(2 * special.chdtri(1, 1 - INTERVAL) / bend) if 0 < bend < np.inf else 0.0
+    known = 0 < bend < np.inf and abs(found.x) + step < most
+    cost = fit.cost + (found.x / spread) ** 2 + np.log1p(spread**2 * max(bend, 0.0) / 2)
+    off, reach = abs(found.x), np.sqrt(2 * special.chdtri(1, 1 - INTERVAL) / bend) if known else 0.0
     off, error = (f"{100 * value:.2g} %" if unit == "%" else size(value, unit) for value in (off, reach))
     which, side = " and ".join(names) + (" is" if len(names) == 1 else " are"), "more" if found.x > 0 else "less"
-    off += f" +- {error}" if reach else ""
+    off = f"{off} +- {error}" if known else f"at least {off}"
     if problem.table.outcome in names or names[0] in problem.table.inputs:
         wrong = f"{which} {off} {side} than stated in all rows alike"
     else:
@@ -88,7 +105,7 @@ def _told(problem, model, names, unit, most, check, worst, judge):
         wrong = f"the floor slopes {way} along the motion by {off} in all rows alike, which no column states"
     numbers = [f"{words(term.name)} {key} = {value:.4g}" for term in fit.model.terms for key, value in term.values]
     whose = AS_IT_IS.replace("as it is", f"with {joined(numbers)}") if numbers else AS_IT_IS
-    return (AsItIs(f"if {wrong}, {whose}. Check {check}"),)
+    return Zero(found.fun, float(cost), AsItIs(f"if {wrong}, {whose}. Check {check}"))
 
 
 def with_zero_at(problem, names, offset):

@@ -187,7 +187,7 @@ class Trajectories:
         bent = drags_between_impacts(chosen, few.trials, read_drags(self.measurement, noise), read) if contact else {}
         together = rebounds_shown(read, around, bent)
         strong |= {} if prepared.problem.segmented else spin_losses_shown(chosen, few.trials, contact)
-        on_all = (on_all_rows(self.measurement),) if measurement is not self.measurement else ()
+        on_all = {"on_all": on_all_rows(self.measurement)} if measurement is not self.measurement else {}
 
         def searched(prepared, chosen, absent, found=()):
             cross_validation = CrossValidation(prepared.problem.trials, measurement.file.hold_out)
@@ -213,7 +213,7 @@ class Trajectories:
                 prepared, search = self._beside(prepared, search, best, begun)
                 if search.budget.stopped:
                     break
-            return select(self, prepared, search, cross_validation, absent, *on_all)
+            return select(self, prepared, search, cross_validation, absent, **on_all)
 
         first = searched(prepared, chosen, absent)
         if few is many or Stopped.among(first.notes):
