@@ -25,6 +25,7 @@ def refit(search, proposal, states=None):
             begun.insert(0, (search.preview.on_the_way(proposal.numbers, part, 0.0), part.initial_states))
     else:
         begun = [(proposal.numbers, states), (proposal.numbers, parent.initial_states)]
+    least_of_parts = min((fit.chi2 for known, fit in search.fits.items() if known < proposal.effects), default=np.inf)
     foreseen, valleys = len(begun) - 1, in_valleys(search, proposal)
     least = foreseen + len(valleys) if valleys else 0  # place of the last one that is tried while more than noise is left
     others = (*valleys, *beginnings(search, proposal))
@@ -44,9 +45,10 @@ def refit(search, proposal, states=None):
         if fit.cost == min(costs) < np.inf:
             best = search.ended[proposal.effects] = fit
         met = best and best.converged and search.cost_of(proposal.effects, best) < proposal.cost + EQUAL
+        lost = not contact and best and best.chi2 > least_of_parts + EQUAL  # without one of its effects it leaves less
         # in flight the states of a wrong model may lead to the wrong side of what acts: those that the data show come too
         guessed = contact or any(np.array_equal(there, guess) for _, there in seen)
-        if best and search.noise_alone(best) or place >= least and (again or met and guessed):
+        if best and search.noise_alone(best) or place >= least and (again or met and guessed) and not lost:
             break
     return best
 

@@ -76,14 +76,16 @@ def _number_shown(kind, name, given, trial, *shown):
 
 def _held_back(trial):
     """(mean drag [N], mean speed [m/s]) of one recording, of a parabola through its heights; None where the body is not known,
-    goes against its weight in the fluid, or drag carries less than HELD of that.
+    goes against its weight in the fluid or farther aside than down, or drag carries less than HELD of that.
 
-    Drag = weight less lift less mass times acceleration, downwards.
+    Drag = weight less lift less mass times acceleration, downwards. What a spin lifts is thrown.
     """
     there = np.isfinite(trial.position[:, 2])
     if not known_body(trial.body) or there.sum() < LEAST:
         return None
     times, heights = trial.times[there], trial.position[there, 2]
+    if not np.nanmax(np.abs(np.nan_to_num(trial.position[there] - trial.position[there][0]))) <= np.ptp(heights):
+        return None
     bend = np.polyfit(times - times.mean(), heights, 2)[0]
     speed = (heights[0] - heights[-1]) / (times[-1] - times[0])
     body, around = rigid_body(trial.body), trial.surroundings

@@ -319,6 +319,22 @@ def test_a_first_set_that_leaves_noise_alone_is_fitted_from_no_other_start(monke
     assert begun == [{"linear_drag": {"rate": 3.0}}] and search.noise_alone(search.fits[frozenset({"linear_drag"})])
 
 
+def test_a_fit_that_leaves_more_than_without_one_of_its_effects_is_begun_where_that_is_absent(monkeypatch):
+    """Foreseen at slope 50, and stuck there from both starts, where 47 t are left in place of 3 t: a look had promised less."""
+    problem = Line(TIMES, [3.0 * t for t in TIMES], 0.1)
+    search, fit = Search(problem, [RATE], problem.fit(Model())), problem.fit
+
+    def stuck(model, states, limit):
+        far = model.numbers["linear_drag"]["rate"] > 5.0
+        return replace(fit_at(model, states, problem.linearise(model, states)), converged=False) if far else fit(model, states)
+
+    monkeypatch.setattr(problem, "fit", stuck)
+    monkeypatch.setattr(search.preview, "left_at", lambda numbers, parent: 0.0)
+    monkeypatch.setitem(search.readings, "linear_drag", {"rate": 60.0})
+    found = refit(search, Proposal(10.0, frozenset({"linear_drag"}), {"linear_drag": {"rate": 50.0}}, search.base, 1e4))
+    assert found.converged and found.estimate[0] == pytest.approx(3.0, rel=1e-3)
+
+
 @pytest.mark.parametrize(("contact", "begun"), [(True, 1), (False, 2)])
 def test_a_fit_through_contacts_that_is_given_up_is_not_begun_elsewhere(monkeypatch, contact, begun):
     """Foreseen at slope 2 and given up there; in flight it is begun once more, from where it is expected, to no better end."""
