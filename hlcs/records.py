@@ -117,7 +117,9 @@ class Reason(Sentence):
     """What became of a candidate; "at" is its family, where the kind of measurement says so."""
 
     ACCEPTED = "accepted{at}: chi2 falls by {gain:.0f}{price}{held_out}{same}"
-    IMPLIED = "implied by what the file states{at}: chi2 falls by {gain:.0f} alone, another effect would need {odds:.0f}{same}"
+    IMPLIED = (
+        "implied by the fluid, stated or air{at}: chi2 falls by {gain:.0f} alone, another effect would need {odds:.0f}{same}"
+    )
     NOT_TOLD_APART = "does as well as {others}{at}: not to be told apart here{label}"
     OTHER_FORM = "of one set ({form}) with {better}, which explains the data better"
     SUSPECTED = "suspected: {why}"

@@ -61,8 +61,8 @@ def borne(body, around):
 
 
 def fluid_presumed(body, around):
-    """Is a body taken to be in air that its file does not state? One as light as that: nobody throws a balloon in a vacuum."""
-    return not around.fluid_stated and borne(body, around)
+    """Is a body of known mass and size taken to be in air, since its file states no fluid?"""
+    return not around.fluid_stated and known_body(body)
 
 
 def known_to_drag(body):

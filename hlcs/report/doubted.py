@@ -75,9 +75,10 @@ def as_it_is(diagnosis, told):
 def local_gravity(diagnosis):
     """That the gravity of some place on Earth, in place of the stated one, does what a wrong scale of length or a clock at a
     wrong rate would do alike: sentences."""
-    if diagnosis.experiment is None or not isinstance(getattr(diagnosis.experiment.file, "surroundings", None), Surroundings):
+    around = _surroundings(diagnosis)
+    if around is None:
         return []
-    stated, falls = diagnosis.experiment.file.surroundings.gravity, {"length_scale": 1, "time_scale": 2}  # g goes as its power
+    stated, falls = around.gravity, {"length_scale": 1, "time_scale": 2}  # g goes as its power
     alone = {its["effects"][0]: its["parameters"] for its in diagnosis.sets if len(its["effects"]) == 1}
     if not falls.keys() <= alone.keys():
         return []  # a length is known, or nothing falls freely
@@ -89,6 +90,18 @@ def local_gravity(diagnosis):
         f"A gravity of {needed[0]:.4g} m/s2 in place of {stated:g} does the same: at sea level it is {AT_THE_EQUATOR:.3f} at the "
         f"equator and {AT_THE_POLES:.3f} at the poles, less on mountains. State that of your place as surroundings.gravity."
     ]
+
+
+def supposes_air(diagnosis):
+    """Does the file of a Diagnosis state no fluid, and so mean air?"""
+    around = _surroundings(diagnosis)
+    return around is not None and not around.fluid_stated
+
+
+def _surroundings(diagnosis):
+    """The Surroundings that the file of a Diagnosis states; None where it knows none."""
+    around = getattr(getattr(diagnosis.experiment, "file", None), "surroundings", None)
+    return around if isinstance(around, Surroundings) else None
 
 
 def _differing(name, least, most, unit):

@@ -7,7 +7,7 @@ from hlcs.data.quantities import unit_of
 from hlcs.records import Reason
 from hlcs.report.alternatives import alternatives, crossed, crossing_told
 from hlcs.report.document import Points
-from hlcs.report.doubted import as_it_is, doubt, local_gravity
+from hlcs.report.doubted import as_it_is, doubt, local_gravity, supposes_air
 from hlcs.report.leftover import likeness, turns_missed
 from hlcs.report.ranking import ranking
 from hlcs.report.words import capital, joined, number, share, size, span, two_digits, value, words
@@ -59,8 +59,9 @@ def effect_sentence(diagnosis, name):
         alone = told.removeprefix("coefficient ") if len(off) == 1 else told
         sentence = f"{capital(called(diagnosis, name))} is {'not as stated: ' if alone == told else ''}{alone}."
     elif _finding(diagnosis, name, "reason", None) is Reason.IMPLIED:
-        told = f"{capital(called(diagnosis, name))} follows from what the file states ({_numbers(name, numbers)})"
-        sentence = f"{told}; these data alone do not show it."
+        source = "the air that a file means which states no fluid" if supposes_air(diagnosis) else "what the file states"
+        sentence = f"{capital(called(diagnosis, name))} follows from {source} ({_numbers(name, numbers)}); "
+        sentence += "by itself it would not be proved here."
     elif _finding(diagnosis, name, "lacking", True):
         sentence = f"{capital(called(diagnosis, name))} is missing ({_numbers(name, numbers)})."
     else:

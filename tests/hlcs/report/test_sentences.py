@@ -61,7 +61,7 @@ def test_what_the_file_implies_and_the_data_do_not_show_is_not_said_to_be_missin
     told = diagnosis(found=(DRAG, lift), parameters={"buoyancy": {"fluid_density": number(1.2, 0.07, "kg/m3")}})
     sentence = effect_sentence(told, "buoyancy")
     assert sentence.startswith("The lift of the displaced air follows from what the file states (buoyancy, fluid density 1.2")
-    assert sentence.endswith("these data alone do not show it.")
+    assert sentence.endswith("by itself it would not be proved here.")
 
 
 def test_every_member_of_an_ambiguous_set_has_its_number():
