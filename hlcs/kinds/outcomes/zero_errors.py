@@ -23,8 +23,11 @@ from hlcs.selection.thresholds import INTERVAL, TIED
 END = "from which point of the body, and from which end of the ruler, it is counted"
 ZEROS = {  # what is read from one zero -> its unit, what to check
     ("height_m",): ("m", END),
+    ("rebound_height_m",): ("m", END),
     ("height_m", "rebound_height_m"): ("m", END),
     ("distance_m",): ("m", END),
+    ("range_m",): ("m", END),
+    ("stop_distance_m",): ("m", END),
     ("mark_1_m", "mark_2_m"): ("m", END),
     ("speed_m_s",): ("m/s", "how the speed was measured, and where"),
     ("angle_deg",): ("degrees", "where the angle is counted from, with a level"),
@@ -55,7 +58,8 @@ def zeros_of(problem, model, judge):
     """
     inputs, reaches = problem.table.inputs, [bounding_radius(setup.body) for setup in problem.setups]
     long = 0.0 if None in reaches else ALONG * 2 * min(reaches)
-    shortest = {name: float(np.min(inputs.get(name, 0.0))) for (name, *_) in ZEROS}
+    known = inputs | {problem.table.outcome: problem.table.values}
+    shortest = {name: float(np.min(known.get(name, 0.0))) for (name, *_) in ZEROS}
     most = {"m/s": FASTER * shortest["speed_m_s"], "degrees": TURNED}
     level = problem.table.outcome in ON_A_FLOOR and not {*inputs} & {"angle_deg", "slope"}  # then the floor may slope after all
     read = {*inputs, problem.table.outcome, *(["angle_deg"] if level else [])}

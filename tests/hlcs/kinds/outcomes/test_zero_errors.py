@@ -27,12 +27,14 @@ def test_heights_that_are_all_off_alike_are_named_before_effects_that_do_as_well
     """Two effects would stand in for heights counted to the top of a ball, or from its lower end: by 20 mm, known to
     4/(5.9 e^2), and 1.645 of these to either side are nine times in ten. Rebounds read from the same zero would be off by
     e^2/(1 - e^2) of it, the other way: these rows cannot tell."""
-    found, (of_drops, of_both) = notes(rebounds(off))
+    found, (of_drops, of_rebounds, of_both) = notes(rebounds(off))
     told, error = (float(word) for word in of_drops.split("height_m is ")[1].replace(" mm", "").split(" ")[0:3:2])
     assert found.verdict == "unexplained" and (side == "less" or not found.effects)
     assert f"mm {side} than stated" in of_drops and str(found).count("If height_m is") == 1
     assert told == pytest.approx(20.0, abs=2 * error)
     assert error == pytest.approx(1.645 * 4 / np.sqrt(35) / RESTITUTION**2, rel=0.2)
+    alone = float(of_rebounds.split("rebound_height_m is ")[1].split(" ")[0])  # the same, read off the rebounds
+    assert alone == pytest.approx(told * RESTITUTION**2, rel=0.02)
     both, other = float(of_both.split("rebound_height_m are ")[1].split(" ")[0]), {"more": "less", "less": "more"}[side]
     assert both == pytest.approx(told * RESTITUTION**2 / (1 - RESTITUTION**2), rel=0.02) and f"mm {other} than stated" in of_both
 
@@ -116,3 +118,11 @@ def test_a_height_at_the_end_of_what_is_looked_for_is_off_by_so_much_at_least():
 def test_a_scale_of_ranges_is_not_left_for_a_height():
     found, told = throws(0.0, scale=1.025)
     assert "length_scale" in found.effects and not told
+
+
+def test_ranges_that_are_read_from_another_zero_are_named():
+    """25 mm too long, all of them: the ruler begins behind the edge. In a vacuum no effect does that."""
+    values = SPEEDS * np.sqrt(2 * BENCHES / 9.81) + 0.025 + 0.004 * np.random.default_rng(3).standard_normal(24)
+    _, told = notes({"speed_m_s": SPEEDS, "height_m": BENCHES, "range_m": values})
+    (note,) = (note for note in told if "range_m is" in note)
+    assert float(note.split("range_m is ")[1].split(" mm")[0]) == pytest.approx(25.0, abs=5.0) and "less than stated" in note
