@@ -96,6 +96,7 @@ class Problem:
         body), so there the step is widened until the change, less what the initial states absorb, stands clear of it, and one
         that was widened elsewhere is narrowed where it changes far more. A wide step moves the impacts, so there the initial
         states go along by what would absorb the change: what a fit would see is left.
+        The widest step is tried either way.
         reach: part of the plausible range that the widest step may span; to: value as far as which it is taken, if that is known.
         """
         least, known = difference_step(free, value) * self.difference_scale, to not in (None, value)
@@ -115,6 +116,11 @@ class Problem:
             if known or not self.contact:
                 break
             found = size(changes)
+            if found < LEAST_CHANGE and amount >= widest and step > 0 and free.inside(value - amount) == value - amount:
+                behind = change(-amount, initial_states)  # a floor that grips shows nothing of more friction, and much of less
+                if np.isfinite(size(behind)) and size(behind) > max(found, LEAST_CHANGE):
+                    step, changes = -amount, behind
+                    break
             fitting = 1.5 * LEAST_CHANGE / max(found, 1e-9)
             if found < LEAST_CHANGE and amount < widest:
                 amount, widened = min(amount * float(np.clip(fitting, 2.0, 30.0)), widest), True
