@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hlcs.effects import classes
 from hlcs.estimation.designs import Design
 from hlcs.estimation.least_squares import project_out
 from hlcs.records import NextExperiment
@@ -92,7 +93,13 @@ def next_experiment(sets, absent, verdict):
     needed = best.tests if feasible(best) else None
     if verdict == "unexplained":
         return unexplained(problem, final, absent, separates, sentence, needed, best.design if best.tests else None)
-    return NextExperiment(sentence, separates, needed, best.design if best.tests else {})
+    more = to_be_given({name: why for name, why in absent.items() if _alike(name) in {*map(_alike, separates)} - {""}})
+    return NextExperiment("; ".join(filter(None, (sentence, more))), separates, needed, best.design if best.tests else {})
+
+
+def _alike(name):
+    """The label of the effects that may turn out to be one and the same as that of this name; "" where it has none."""
+    return getattr(classes().get(name), "alike", "")
 
 
 NOTHING = "no effect"
