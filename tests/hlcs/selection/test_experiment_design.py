@@ -99,6 +99,18 @@ def suspect(name):
     return Term(Candidate(name, class_named(name), ()), ())
 
 
+def test_what_a_look_alike_needs_that_was_not_tried_is_told():
+    """Falls of a ball with 2 % less than g: a scale or a clock, or a lift, which is not tried of a ball without a mass."""
+    generator, times = np.random.default_rng(2), np.arange(0.0, 0.6, 0.02)
+    heights = [2.0 - 0.5 * 9.61 * times**2 + 0.001 * generator.standard_normal(len(times)) for _ in range(4)]
+    frames = [{"t_s": times, "z_m": height} for height in heights]
+    experiment = hlcs.Experiment.from_frames(frames, body={"shape": "sphere"}, noise={"position": 0.001})
+    found = hlcs.diagnose(experiment, candidates=["length_scale", "time_scale", "buoyancy", "inertia_error"])
+    told = found.next_experiment.text
+    assert found.verdict == "ambiguous"
+    assert told.endswith("state or measure the mass and the size of the body, without which buoyancy cannot be tried")
+
+
 def test_a_reading_that_shows_two_suspects_alike_does_not_tell_them():
     """A spirit level on the floor leans where the floor slopes and where gravity leans, and not where a wind blows."""
     problem = Readings(bottom_slope=("level", 1e4), tilted_gravity=("level", 1e4), uniform_flow=("wind", 1e4))
