@@ -45,8 +45,7 @@ def diagnosis_of(experiment: OpenExperiment, candidates=None):
         if doubted := selection.starts_shown or selection.noise_shown:
             following = NextExperiment(doubted["next"], (), None)
         else:
-            open_question = selection.verdict in ("ambiguous", "unexplained")
-            following = selection.next_experiment(selection.verdict) if open_question else None
+            following = selection.next_experiment(selection.verdict)
         # the noise after the search: what settings scatter by is known beside what was found
         return Diagnosis(**common, **told, noise=experiment.noise, verdict=selection.verdict, next_experiment=following)
     names = experiment.names(candidates)

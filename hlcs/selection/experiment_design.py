@@ -62,10 +62,15 @@ def feasible(option):
 
 
 def next_experiment(sets, absent, verdict):
-    """The experiment that best separates the best set from those that do as well, or finds out what stays unexplained; absent:
-    {name: why it was not tried}."""
+    """The experiment that best separates the best set from those that do as well, or finds out what stays unexplained; beside a
+    number beyond what is plausible, what an effect needs that could not be tried. None where no question is open.
+
+    absent: {name: why it was not tried}."""
     problem, fits = sets.search.problem, sets.search.fits
     final, found = fits[sets.best], []
+    if verdict not in ("ambiguous", "unexplained"):
+        more = to_be_given(absent) if final.implausible else ""
+        return NextExperiment(more, (), None) if more else None
     for effects in sets.tied[1:]:
         names = _named(sets.best - effects), _named(effects - sets.best)
         terms = [

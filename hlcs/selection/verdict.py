@@ -21,7 +21,7 @@ from hlcs.selection.thresholds import HELPS, TIED
 class Selection(Found):
     """What a search found, and what follows from it."""
 
-    next_experiment: Callable[[str], NextExperiment] = field(repr=False)  # of a verdict that leaves something open
+    next_experiment: Callable[[str], NextExperiment | None] = field(repr=False)  # of a verdict; None where it leaves nothing open
 
     @property
     def verdict(self):
