@@ -218,12 +218,10 @@ class Diagnosis(Judgement, Found):
 
     @property
     def alternatives(self):
-        """What could be added in place of `entries`, for each other set of effects that does as well: with its own numbers, since
-        what all sets hold is not the same beside each of the others."""
-        return tuple(
-            tuple(found_entry(name, self.parameters.get(name, {}), other["parameters"].get(name)) for name in other["effects"])
-            for other in self.sets[1:]
-        )
+        """What could be added in place of `entries`, for each other set of effects that does as well: with its own numbers."""
+        sets = [(other["effects"], other["parameters"]) for other in self.sets[1:]]
+        known = self.parameters
+        return tuple(tuple(found_entry(name, known.get(name, {}), own.get(name)) for name in names) for names, own in sets)
 
     @property
     def law(self):
