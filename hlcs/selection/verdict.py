@@ -119,9 +119,13 @@ def law_first(experiment, fitted, finished, sets):
 def reading_first(fitted, finished, sets, otherwise):
     """The FittedSets; where one reading that is off alike in all rows explains the data and costs less than effects, by more than
     what is tied, no effect stands. otherwise: as in `select`."""
-    bare = finished(frozenset())[2]
-    proved = sets.best and finished(sets.best)[2].adequate and not sets.search.budget.stopped
-    if not proved or bare.adequate or otherwise() >= sets.cost(sets.best) - TIED:
+    bare, search = finished(frozenset())[2], sets.search
+    proved = sets.best and finished(sets.best)[2].adequate and not search.budget.stopped
+    try:
+        if not proved or bare.adequate or otherwise() >= sets.cost(sets.best) - TIED:
+            return sets
+    except KeyboardInterrupt:  # the verdict is known
+        search.budget.stop(search.progress)
         return sets
     return fitted(bare.overdispersion, possible=lambda effects: not effects)
 

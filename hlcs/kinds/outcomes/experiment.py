@@ -135,7 +135,7 @@ class Outcomes(Tabulated):
             return odds + min((zero.cost for zero in as_it_is()), default=np.inf)
 
         found = select(self, prepared, search, cross_validation, absent, with_zero)
-        if found.adequate["before"]:
+        if found.adequate["before"] or search.budget.stopped:
             return found
         best = search.fits[frozenset(found.effects)]
         doubted = [entry for entry in chosen if entry.setting and not found.adequate["after"]]  # a number of the file beside it

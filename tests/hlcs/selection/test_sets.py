@@ -17,7 +17,7 @@ from hlcs.selection.held_out import HeldOut
 from hlcs.selection.search import Search
 from hlcs.selection.sets import FittedSets
 from hlcs.selection.thresholds import TIED
-from hlcs.selection.verdict import _described, adequate_ones, best_set, finals, law_first, learned_law
+from hlcs.selection.verdict import _described, adequate_ones, best_set, finals, law_first, learned_law, reading_first
 from hlcs.simulation.model import Model
 
 
@@ -472,6 +472,17 @@ def test_ctrl_c_while_a_law_is_learned_loses_no_verdict(generator):
 
     assert law_first(SimpleNamespace(learn=interrupted), None, finished, clear) == (clear, None)
     assert clear.search.budget.stopped and "Ctrl-C again gives up" in said[-1]
+
+
+def test_ctrl_c_while_a_reading_that_is_off_is_looked_for_loses_no_verdict(generator):
+    def interrupted():
+        raise KeyboardInterrupt
+
+    clear = sets(0.3, generator)
+    clear.search.budget.stopped = False
+    found = {True: SimpleNamespace(adequate=True), False: SimpleNamespace(adequate=False, overdispersion=9.0)}
+    assert reading_first(None, lambda effects: (None, None, found[bool(effects)]), clear, interrupted) is clear
+    assert clear.best and clear.search.budget.stopped
 
 
 def test_a_number_that_the_time_step_tells_worse_than_the_data_is_told_with_what_to_do():

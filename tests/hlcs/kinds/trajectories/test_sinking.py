@@ -149,3 +149,22 @@ def test_a_drag_between_impacts_is_that_of_the_deceleration_it_gives():
     assert shown["linear_drag"]["rate"] == pytest.approx(k * speed * inertia / mass)
     assert set(shown) == {"quadratic_drag", "linear_drag"}
     assert drags_between_impacts(laws, [trial], {(body, density): 0.0}, impacts) == {}
+
+
+@pytest.mark.parametrize(("stated", "air"), [({}, True), ({"fluid_density": 0.0}, False)])
+def test_a_file_that_states_no_fluid_means_air_and_0_means_a_vacuum(stated, air):
+    """A table tennis ball, 2.7 g: its lift and the air that moves along take 1.8 % of g, as a wrong ruler would."""
+    radius, mass, density, drag = 0.02, 0.0027, 1.2, 0.45
+    generator, times, volume = np.random.default_rng(4), np.arange(0.0, 0.66, 0.02), 4 / 3 * np.pi * radius**3
+    weight, moved = (mass - density * volume) * G, mass + density * volume / 2
+    start, final = weight / moved, np.sqrt(2 * weight / (density * drag * np.pi * radius**2))
+    heights = 2.0 - final**2 / start * np.log(np.cosh(start * times / final))
+    frames = [{"t_s": times, "z_m": heights + 1e-3 * generator.standard_normal(len(times))} for _ in range(6)]
+    body = {"shape": "sphere", "radius": radius, "mass": mass}
+    experiment = hlcs.Experiment.from_frames(frames, body=body, surroundings=stated, noise={"position": 1e-3})
+    found = hlcs.diagnose(experiment, candidates=["quadratic_drag", "added_mass", "buoyancy", "length_scale", "time_scale"])
+    assert ({"quadratic_drag", "added_mass", "buoyancy"} == set(found.effects)) is air
+    if air:
+        told = found.parameters["quadratic_drag"]["drag_coefficient"]
+        assert found.verdict == "effect" and told["low"] <= drag <= told["high"]
+        assert "follows from the air that a file means which states no fluid" in str(found)
