@@ -171,6 +171,7 @@ class Candidate:
     own: bool = False  # brought by the user
     constants: tuple[tuple[str, float], ...] = ()  # that say how it is there, where that is not to be found
     doubted: bool = False  # the file states by how much it may be there: nothing speaks against it but that
+    presumed: bool = False  # the file states no fluid, and so means air, in which it acts
     family: str = ""  # what a verdict on layers can tell apart: "physics", "placement", "measurement" or "numerics"
     words: str = ""  # what it is called in plain words, where its class does not say
     setting: bool = False  # its number is one that the model under test states: it can be wrong, not missing

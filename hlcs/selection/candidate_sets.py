@@ -15,17 +15,21 @@ class CandidateSets:
     def price(self, effects, fit=None):
         """The odds against a set: against each effect, once more against a law that holds another as a special case; where the
         file implies effects that these data would show (the lift of a stated fluid) once against the absence of any, or against
-        what contradicts the file in its `fit`; none against what the file states to be uncertain (the length of a pixel)."""
+        what contradicts the file in its `fit`; none against what the file states to be uncertain (the length of a pixel). Air
+        that the file does not state is not missed, and counts as one effect with all that it does."""
         implied = self.implied_beside(effects)
         entries = [self.candidates[name] for name in effects if name not in implied and not self.candidates[name].doubted]
         against = sum(1 + any(map(entry.holds, self.candidates.values())) for entry in entries)
-        return self.odds * (against + (bool(implied - effects) or fit is not None and fit.contradicts))
+        air = {name for name in implied if self.candidates[name].presumed}
+        missed = bool(implied - air - effects) or fit is not None and fit.contradicts
+        return self.odds * (against + missed + bool(air & effects))
 
     def implied_beside(self, effects):
         """What the file implies beside a set: what the data would show and, beside others, what their numbers would; a law that
-        holds another one stands in its place."""
+        holds another one stands in its place. Air that no file states is implied beside others alone."""
         held = {name for name in self.implied for law in effects if self.candidates[law].holds(self.candidates[name])}
-        implied = (self.implied if effects - self.implied else self.implied_alone) - held
+        stated = {name for name in self.implied_alone if not self.candidates[name].presumed}
+        implied = (self.implied if effects - self.implied else frozenset(stated)) - held
         if self.compatible(effects | implied):
             return implied
         return frozenset(name for name in implied if not self.candidates[name].through_drag)

@@ -7,7 +7,7 @@ import numpy as np
 
 import minibullet.effects as forces
 from hlcs.data.quantities import CHANNELS
-from hlcs.data.rigid_body import fluid_presumed, known_body, known_to_drag, rigid_body
+from hlcs.data.rigid_body import borne, fluid_presumed, known_body, known_to_drag, rigid_body
 from hlcs.effects import as_stated, candidate, class_named, wanted
 from hlcs.effects.candidates import each_session, in_doubt, numbers_stated
 from hlcs.effects.contract import Change, DataNeed
@@ -112,12 +112,15 @@ def candidates_for(measurement, contact, names=None, own=()):
 def eligible(why, entries, body, surroundings, body_known, own, extent, speed):
     """(candidates, {name: why it cannot take part}), both by name, from {class: why it cannot, or None}; entries: of [model]
     effects, as `as_stated` has them; the rest as `candidate` takes it."""
-    if fluid_presumed(body, surroundings):
+    presumed, light = fluid_presumed(body, surroundings), borne(body, surroundings)
+    if presumed:
         surroundings = replace(surroundings, fluid_stated=True)
     known = surroundings, rigid_body(body), body_known
     found = [
         candidate(kind, *known, kind in own, extent, speed, entries.get(name_of(kind))) for kind, text in why.items() if not text
     ]
+    if presumed and not light:  # nobody throws a balloon in a vacuum; of a heavy ball a model may leave the air out
+        found = [replace(entry, presumed=any(free.certain for free in entry.free)) for entry in found]
     return sorted(found, key=lambda entry: entry.name), {name_of(kind): text for kind, text in why.items() if text}
 
 

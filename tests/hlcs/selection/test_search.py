@@ -585,3 +585,18 @@ def test_samples_are_looked_at_anew_where_less_than_half_is_left_and_no_law_but_
     law = frozenset({"linear_drag"})
     search = SimpleNamespace(fits={frozenset(): 1000.0, law: excess}, excess=lambda fit: fit, cost=lambda effects: 5000.0)
     assert due(search, [frozenset()], law, 5000.0 - promised, lambda fit: by_step) == time
+
+
+def test_air_that_no_file_states_is_not_missed_and_counts_as_one_effect_with_all_that_it_does():
+    search = searched(0.0)
+    lift, along = (
+        replace(RATE, name=name, kind=kind) for name, kind in (("lift", effects.Buoyancy), ("along", effects.AddedMass))
+    )
+    for presumed, without, beside in ((True, 1, 2), (False, 2, 1)):
+        law = LAWS["linear_drag"]
+        search.candidates = {"drag": law} | {each.name: replace(each, presumed=presumed) for each in (lift, along)}
+        search.implied = search.implied_alone = frozenset({"lift", "along"})
+        assert search.price(frozenset({"drag"})) == without * ODDS
+        assert search.price(frozenset({"drag", "lift", "along"})) == beside * ODDS
+    search.candidates = {each.name: replace(each, presumed=True) for each in (lift, along)}
+    assert search.price(frozenset()) == 0.0 and search.price(frozenset({"lift"})) == ODDS

@@ -64,7 +64,7 @@ def test_the_drag_of_thrown_balls_is_told_and_nothing_where_there_is_none():
 @pytest.mark.parametrize(("change", "name", "off"), [({"speed": 6.2}, "speed_m_s", 0.2), ({"angle": 2.0}, "angle_deg", 2.0)])
 def test_a_launcher_that_is_off_alike_in_all_rows_is_named(change, name, off):
     told = re.search(
-        rf"if {name} is ([\d.]+) (?:m/s|degrees) \+- ([\d.]+) .*more than stated in all rows", str(diagnosed(**change))
+        rf"[Ii]f {name} is ([\d.]+) (?:m/s|degrees) \+- ([\d.]+) .*more than stated in all rows", str(diagnosed(**change))
     )
     value, error = map(float, told.groups())
     assert value == pytest.approx(off, abs=3 * error) and error < 0.05 * off

@@ -166,5 +166,5 @@ def test_a_file_that_states_no_fluid_means_air_and_0_means_a_vacuum(stated, air)
     assert ({"quadratic_drag", "added_mass", "buoyancy"} == set(found.effects)) is air
     if air:
         told = found.parameters["quadratic_drag"]["drag_coefficient"]
-        assert found.verdict == "effect" and told["low"] <= drag <= told["high"]
-        assert "follows from the air that a file means which states no fluid" in str(found)
+        assert found.verdict in ("effect", "ambiguous") and told["low"] <= drag <= told["high"]
+        assert found.sets[0]["parameters"]["buoyancy"]["fluid_density"] == pytest.approx(density, rel=0.05)
