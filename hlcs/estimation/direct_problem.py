@@ -7,6 +7,7 @@ import numpy as np
 
 from hlcs.estimation.linearization import Linearization, varied
 from hlcs.estimation.problem import Problem, difference_step
+from minibullet.errors import InputError
 
 
 class NoSimulator:
@@ -68,7 +69,11 @@ class DirectProblem(Problem):
             step = difference_step(free, value)
             if value + step > free.most:
                 step = -step
-            changed = self.residuals(moved(value + step), initial_states)
+            try:
+                changed = self.residuals(moved(value + step), initial_states)
+            except InputError:  # one side may be where nothing can be: larger units that do not lie on their grid
+                step = -step
+                changed = self.residuals(moved(value + step), initial_states)
             slopes = self.whitened([(before - after) / step for before, after in zip(raw, changed, strict=True)])
             columns = [np.column_stack([part, slope]) for part, slope in zip(columns, slopes, strict=True)]
         return Linearization(raw, self.whitened(raw), [np.zeros((len(part), 0)) for part in raw], columns)
