@@ -1,6 +1,6 @@
 """What an experiment file says twice, or of one recording alone: each key is right, and together they make little sense."""
 
-from hlcs.data.rigid_body import borne, fluid_presumed
+from hlcs.data.rigid_body import borne
 from minibullet.effects.fluid import AIR_DENSITY
 from minibullet.errors import shown
 
@@ -49,7 +49,7 @@ def fluids_told(file, moved):
     moved: the trials or the setups of rows, each with its body and its surroundings.
     """
     around, notes, stated = [each.surroundings for each in moved], [], {entry["name"] for entry in file.effects}
-    if any(fluid_presumed(each.body, each.surroundings) and borne(each.body, each.surroundings) for each in moved):
+    if any(not each.surroundings.fluid_stated and borne(each.body, each.surroundings) for each in moved):
         air = f"fluid_density = {AIR_DENSITY:g}"
         notes.append(
             f"no fluid is stated, and so light a body is taken to be in air; write {air}, or what it is, in [surroundings]"

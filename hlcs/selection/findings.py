@@ -214,8 +214,9 @@ def _leaves(sets, name, left):
         return told
     if left["foreseen"]:
         return f"{told}; it was not fitted, since other sets promised more"
-    if beyond := _beyond_plausible(sets.search.fits[frozenset(left["effects"])]):
-        return f"{told}, with {beyond}"
+    numbers = sets.search.fits[frozenset(left["effects"])].numbers
+    if doubts := [doubt for effect, free, value in numbers if (doubt := free.doubt(effect, value))]:
+        return "; ".join([told, *doubts])
     if sets.cost(frozenset(left["effects"])) > sets.cost(sets.best):
         if sets.overdispersion > 1:
             return f"{told}: the difference is small beside what both leave, and may be chance"
@@ -225,14 +226,6 @@ def _leaves(sets, name, left):
         percent = 100 * sets.share(members, name)
         return f"{told}: {percent:.0f} % of what is more than noise, too little to be told from what absorbs another effect"
     return f"{told}, but {'the others of that set do' if beside else 'it does'} not hold on recordings that were not fitted"
-
-
-def _beyond_plausible(fit):
-    """The numbers of a fit that lie beyond what is plausible, in words; "" where none does."""
-    beyond = [(free, value) for _, free, value in fit.numbers if not free.plausible(value)]
-    return ", ".join(
-        f"{free.name} {value:.3g}, beyond what is plausible ({free.low:.3g} to {free.high:.3g})" for free, value in beyond
-    )
 
 
 def _outside(search, name):

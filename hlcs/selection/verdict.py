@@ -93,6 +93,11 @@ def select(experiment, prepared, search, cross_validation, absent, otherwise=lam
     )
 
 
+def no_effect(effects):
+    """May a set stand where something else explains the data? The model under test alone."""
+    return not effects
+
+
 def law_first(experiment, fitted, finished, sets):
     """(FittedSets, the Learned law that explains what the best of them leaves, or None).
 
@@ -113,7 +118,7 @@ def law_first(experiment, fitted, finished, sets):
         return sets, search.budget.stop(search.progress)
     if not (law and law.fit) or sets.cost_of(bare, law.fit) + search.odds >= sets.cost(sets.best) - TIED:
         return sets, None
-    return fitted(finished(bare)[2].overdispersion, possible=lambda effects: not effects), law
+    return fitted(finished(bare)[2].overdispersion, possible=no_effect), law
 
 
 def reading_first(fitted, finished, sets, otherwise):
@@ -127,7 +132,7 @@ def reading_first(fitted, finished, sets, otherwise):
     except KeyboardInterrupt:  # the verdict is known
         search.budget.stop(search.progress)
         return sets
-    return fitted(bare.overdispersion, possible=lambda effects: not effects)
+    return fitted(bare.overdispersion, possible=no_effect)
 
 
 def learned_law(experiment, sets):
@@ -173,7 +178,7 @@ def starts_first(fitted, finished, sets, starts_shown):
     """
     bare, best = finished(frozenset()), finished(sets.best)
     if starts := starts_shown and starts_shown(*bare[:2]):
-        return fitted(bare[2].overdispersion, possible=lambda effects: not effects), bare, starts
+        return fitted(bare[2].overdispersion, possible=no_effect), bare, starts
     return sets, best, starts_shown and sets.best and starts_shown(*best[:2]) or None
 
 

@@ -13,9 +13,7 @@ from hlcs.estimation.adequacy import against
 
 CAMPAIGN = 0.0125  # relative standard deviation between campaigns: the laboratory's own first layers differ by 1.7-1.9 %
 EITHER = CAMPAIGN / np.sqrt(2.0)  # of a factor common to all layers of a campaign, and of each layer by itself
-MODEL = (
-    0.0135  # relative standard deviation of layers above the first by which any one engine is off (the first is geometry): for
-)
+MODEL = 0.0135  # relative standard deviation of layers above the first by which any one engine is off; the first is geometry. For
 # one procedure Blender and pybullet differ by 2.2 % (root mean square), Blender and this engine by 1.6 %, two such errors each
 ANSWER = 0.3  # relative standard deviation of what an effect does to a layer between engines: a filled unit raises layers 2-5 by
 # 0.105, 0.060, 0.053, 0.045 Dn in Blender and by 0.090, 0.091, 0.064, 0.086 in pybullet

@@ -96,12 +96,12 @@ def _zero(problem, model, names, unit, most, check, judge):
         return None
     step, spread = 0.01 * most, 0.5 * most
     bend = (misfit(found.x + step) + misfit(found.x - step) - 2 * found.fun) / step**2
-    known = 0 < bend < np.inf and abs(found.x) + step < most
+    known, at_end = 0 < bend < np.inf, abs(found.x) + step >= most
     cost = fit.cost + (found.x / spread) ** 2 + np.log1p(spread**2 * max(bend, 0.0) / 2)
     off, reach = abs(found.x), np.sqrt(2 * special.chdtri(1, 1 - INTERVAL) / bend) if known else 0.0
     off, error = (f"{100 * value:.2g} %" if unit == "%" else size(value, unit) for value in (off, reach))
     which, side = " and ".join(names) + (" is" if len(names) == 1 else " are"), "more" if found.x > 0 else "less"
-    off = f"{off} +- {error}" if known else f"at least {off}"
+    off = f"at least {off}" if at_end else f"{off} +- {error}" if known else off
     if problem.table.outcome in names or names[0] in problem.table.inputs:
         wrong = f"{which} {off} {side} than stated in all rows alike"
     else:

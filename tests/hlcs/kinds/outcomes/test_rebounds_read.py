@@ -93,7 +93,7 @@ def test_a_law_stands_before_a_drag_beyond_what_air_allows():
         candidates=["restitution", "velocity_dependent_restitution", "linear_drag", "quadratic_drag"],
     )
     left = {each.effect: each.remains["chi2_per_freedom"] for each in found.candidates}  # with linear drag and restitution: 0.9
-    assert left["quadratic_drag"] < 2 and "beyond what is plausible" in str(found)
+    assert left["quadratic_drag"] < 2 and "lies above what is plausible" in " ".join(str(found).split())
     assert found.verdict == "unexplained" and found.effects == ()
     np.testing.assert_allclose(found.learned.band["law"], 0.86 - 0.035 * found.learned.band["places"], atol=0.01)
 
