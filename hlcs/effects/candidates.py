@@ -283,9 +283,17 @@ def stated_otherwise(name, surroundings):
 
 
 def in_doubt(entry, number, error):
-    """A Candidate whose number the file states to be uncertain: by `error` about its null value. It is there for certain."""
-    free = (replace(each, stated=each.null, error=error) if each.name.split()[0] == number else each for each in entry.free)
-    return replace(entry, free=tuple(free), doubted=True)
+    """A Candidate whose number the file states to be uncertain: by `error` about its null value, and FAR times that is plausible.
+    It is there for certain."""
+
+    def believed(free):
+        low, high = (free.null + sign * FAR * error for sign in (-1, 1))
+        return replace(
+            free, stated=free.null, error=error, low=min(free.low, low), high=max(free.high, high), ends=(free.least, free.most)
+        )
+
+    free = tuple(believed(each) if each.name.split()[0] == number else each for each in entry.free)
+    return replace(entry, free=free, doubted=True)
 
 
 def as_wide(body):

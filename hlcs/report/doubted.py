@@ -2,8 +2,6 @@
 
 from typing import NamedTuple
 
-import numpy as np
-
 from hlcs.data.experiment_file import Surroundings
 from hlcs.data.notes import AsItIs
 from hlcs.report.words import capital, joined, number, size, words
@@ -72,23 +70,28 @@ def as_it_is(diagnosis, told):
     return [*(f"{capital(note)}." for note in notes), f"If that is not so: {first[0].lower()}{first[1:]}", *others]
 
 
-def local_gravity(diagnosis):
-    """That the gravity of some place on Earth, in place of the stated one, does what a wrong scale of length or a clock at a
-    wrong rate would do alike: sentences."""
+def other_gravity(diagnosis):
+    """That another gravity than the stated one does what a wrong scale of length or a clock at a wrong rate would do alike:
+    sentences; where that is the gravity of some place on Earth, or both are off by more than is plausible."""
     around = _surroundings(diagnosis)
     if around is None:
         return []
     stated, falls = around.gravity, {"length_scale": 1, "time_scale": 2}  # g goes as its power
     alone = {its["effects"][0]: its["parameters"] for its in diagnosis.sets if len(its["effects"]) == 1}
-    if not falls.keys() <= alone.keys():
-        return []  # a length is known, or nothing falls freely
-    needed = [stated * (alone[name][name]["factor"] or np.nan) ** power for name, power in falls.items()]  # None: withheld
+    factors = {name: alone.get(name, {}).get(name, {}).get("factor") for name in falls}
+    if None in factors.values():
+        return []  # a length is known, nothing falls freely, or each session has a factor of its own
+    needed = [stated * factors[name] ** power for name, power in falls.items()]
     on_earth = all(AT_THE_EQUATOR - CLOSE < each < AT_THE_POLES + CLOSE for each in needed)
-    if not (on_earth and abs(needed[0] - needed[1]) < CLOSE):
+    doubtful = all("beyond" in diagnosis.parameters.get(name, {}).get("factor", {}) for name in falls)
+    if not (on_earth or doubtful) or abs(needed[0] / needed[1] - 1) > CLOSE / AT_THE_EQUATOR:
         return []  # the two need different ones where more than gravity acts
+    told = f"A gravity of {needed[0]:.4g} m/s2 in place of {stated:g} does the same"
+    if not on_earth:
+        return [f"{told}: see to surroundings.gravity in the file, and to the unit of what is measured."]
     return [
-        f"A gravity of {needed[0]:.4g} m/s2 in place of {stated:g} does the same: at sea level it is {AT_THE_EQUATOR:.3f} at the "
-        f"equator and {AT_THE_POLES:.3f} at the poles, less on mountains. State that of your place as surroundings.gravity."
+        f"{told}: at sea level it is {AT_THE_EQUATOR:.3f} at the equator and {AT_THE_POLES:.3f} at the poles, less on mountains. "
+        "State that of your place as surroundings.gravity."
     ]
 
 

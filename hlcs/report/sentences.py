@@ -7,7 +7,7 @@ from hlcs.data.quantities import unit_of
 from hlcs.records import Reason
 from hlcs.report.alternatives import alternatives, crossed, crossing_told
 from hlcs.report.document import Points
-from hlcs.report.doubted import as_it_is, doubt, local_gravity, supposes_air
+from hlcs.report.doubted import as_it_is, doubt, other_gravity, supposes_air
 from hlcs.report.leftover import likeness, turns_missed
 from hlcs.report.ranking import ranking
 from hlcs.report.words import capital, joined, number, share, size, span, two_digits, value, words
@@ -31,7 +31,7 @@ def opening(diagnosis):
     }[diagnosis.verdict](diagnosis)
     stopped = ["Stopped by Ctrl-C before the search ended: what follows holds for the sets of effects that were fitted by then."]
     outside = reynolds_told(diagnosis, holds=False)
-    told += [*_not_tried_for_time(diagnosis), *local_gravity(diagnosis), *outside]
+    told += [*_not_tried_for_time(diagnosis), *other_gravity(diagnosis), *outside]
     return [*stopped * bool(Stopped.among(diagnosis.notes)), *as_it_is(diagnosis, told), *_tolerance(diagnosis)]
 
 

@@ -44,6 +44,14 @@ def test_an_uncertain_length_is_fitted_within_its_error():
     assert number["low"] < 1 / 1.007 < number["high"] and number["high"] - number["low"] < 0.01
 
 
+def test_what_is_stated_as_uncertain_is_plausible_within_twice_its_error():
+    """Pixels 15 % longer than stated: beyond the tenth by which a ruler misleads, not beyond what a stated 10 % may be off by."""
+    for error, doubted in ((0.10, False), (0.05, True)):
+        found = told(1.15, candidates=("length_scale",), metres_per_pixel_sd=error * PIXEL)
+        assert found.effects == ("length_scale",)
+        assert ("beyond" in found.parameters["length_scale"]["factor"]) == doubted
+
+
 def test_what_is_stated_as_uncertain_is_blamed_before_a_clock_that_does_the_same():
     """A clock slow by half as much does the same: with an error stated the scale is nine times as likely."""
     weights = [

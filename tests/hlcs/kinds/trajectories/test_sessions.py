@@ -48,3 +48,18 @@ def test_one_number_for_all_sessions_does_not_do():
 def test_what_is_no_session_is_refused():
     with pytest.raises(InputError, match="trial.session: must be text, got 3"):
         measured(sessions=[3, 3, 3, 3])
+
+
+def test_a_clock_or_a_ruler_of_each_session_is_told_of_falls_that_show_either():
+    """One phone of two counts 3 % more frames a second: t' = 1.03 t, or lengths of 1.03^2; a report is made of both."""
+    times, draw, frames, trials = np.arange(0, 0.61, 1 / 60), np.random.default_rng(2), [], []
+    for index, speed in enumerate((0.5, 1.0, 2.0, 3.0, 3.5, 4.0)):
+        true = times * (1.03 if index % 2 else 1.0)
+        frames.append({"t_s": times, "z_m": 1.5 + speed * true - 9.81 * true**2 / 2 + 1e-3 * draw.standard_normal(len(times))})
+        trials.append({"group": str(index // 2), "session": "AB"[index % 2]})
+    body, noise = {"shape": "sphere", "radius": 0.02, "mass": 0.26}, {"position": 1e-3}
+    found = hlcs.diagnose(hlcs.Experiment.from_frames(frames, body, {"fluid_density": 0.0}, noise=noise, trials=trials))
+    assert set(found.ambiguous[0]) == {"time_scale", "length_scale"}
+    number = found.parameters["time_scale"]["factor B"]
+    assert number["low"] < 1.03 < number["high"] and "factor B" in str(found)
+    assert "gravity of" not in str(found)  # of two places at once
