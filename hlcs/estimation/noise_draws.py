@@ -16,7 +16,10 @@ class NoiseDraws:
 
     def __init__(self, noise, recordings, models=None, doubt=0.0):
         """models: list of what is expected of every observation (n,), so that its rounded reading can be drawn; None: none is;
-        doubt: standard deviation of the logarithm of errors that observations share."""
+        doubt: standard deviation of the logarithm of errors that observations share.
+
+        Where a path lies among the steps of its readings is not known if its start was fitted to them: around the fitted path
+        the same readings would be drawn, and what the fit took from them be taken once more."""
         self.noise, self.recordings, self.models = noise, recordings, models
         self.generator = np.random.default_rng(12345)  # a fixed stream of its own: the verdict never depends on the user's seed
         unknown = CorrelatedNoise(1.0, 0.0, 0.0, np.zeros((3, 3)))
@@ -24,6 +27,7 @@ class NoiseDraws:
         normal = self.generator.standard_normal
         self.shifts = [normal((PERTURBATIONS, 3)) @ lower_factor(kind.covariance).T for kind in self.kinds]
         self.shared = np.exp(doubt * normal(PERTURBATIONS)) if doubt else np.ones(PERTURBATIONS)
+        self.places = np.random.default_rng(54321)  # a stream of its own: the noise is the same where nothing is rounded
         self.drawn = {}  # index of a recording -> draws that were made of it: each takes the next set of noise parameters
 
     def __call__(self, index, count):
@@ -65,7 +69,10 @@ class NoiseDraws:
             share = np.clip(kind.white + shifts[2], 0.0, MOST_WHITE)
             known, along = noise.reading(channel), noise.along[channel] if channel < 3 else 1.0
             sizes = np.exp(shifts[0]) * kind.sigma * along / (known.sigma if known else 1.0)  # over what rows are known by
-            expected = self.models[index][part] - origin if step else np.zeros(len(sigma))
+            expected = np.zeros((1, 1))
+            if step:
+                aside = self.places.uniform(-0.5, 0.5, len(sets)) if recording.unknown else np.zeros(len(sets))
+                expected = (self.models[index][part] - origin)[:, None] + step * aside
             noises = Noises(exponent_of(rho), share, sizes)
             readings = Readings(steps_between(recording.times[part], noise.step), sigma, float(step), expected)
             read_again(noises, readings, filter, np.zeros((3, len(sets))), white[part])
@@ -80,12 +87,12 @@ class Noises(NamedTuple):
 
 
 class Readings(NamedTuple):
-    """Readings of one channel, (n,) each."""
+    """Readings of one channel, n of them in each of many columns."""
 
-    gaps: np.ndarray  # to the next one [steps]
-    sigma: np.ndarray  # standard deviation that they are known by [unit of the channel]
+    gaps: np.ndarray  # to the next one [steps], (n,)
+    sigma: np.ndarray  # standard deviation that they are known by [unit of the channel], (n,)
     step: float  # to which they are rounded, 0 = not [unit of the channel]
-    expected: np.ndarray  # what they would be without noise [unit of the channel]
+    expected: np.ndarray  # what they would be without noise [unit of the channel], (n, count); of no account where not rounded
 
 
 @leaf
@@ -94,7 +101,7 @@ def read_again(noises, readings, filter, scratch, white):
     zeros (3, count)."""
     known, drawn, foreseen = scratch  # of the state that is drawn: how well; what is foreseen of it; what is of its reading
     for row in range(len(readings.gaps)):
-        sigma, expected = readings.sigma[row], readings.expected[row]
+        sigma = readings.sigma[row]
         for column in range(white.shape[1]):
             share = noises.share[column]
             unknown = 1.0 - share - known[column]
@@ -103,6 +110,7 @@ def read_again(noises, readings, filter, scratch, white):
             new = np.sqrt(variance) * white[row, column]
             seen = noises.size[column] * sigma * (drawn[column] + new)
             if readings.step > 0.0:
+                expected = readings.expected[row, column]
                 seen = readings.step * np.rint((expected + seen) / readings.step) - expected
             lasting = readings.gaps[row] * noises.exponent[column]
             drawn[column] = np.exp(lasting) * (drawn[column] + part * new)

@@ -1,5 +1,7 @@
 """Draws of noise: its covariance, its uncertain numbers, outliers that stayed, rounding as the model says it falls."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from hlcs.estimation.correlated_noise import CorrelatedNoise, lower_factor
@@ -76,3 +78,15 @@ def test_outliers_that_stayed_are_drawn_as_often_as_they_were_seen():
     noise = Noise(CorrelatedNoise(0.001, 0.0, 0.0, CERTAIN), None, 1 / 60, "stated", tail=Tail(0.01, np.array([-5.0, 5.0])))
     draws = NoiseDraws(noise, [recorded(noise, 400)])(0, 100)
     assert abs(np.sum(np.abs(draws) == 5.0) - 400) < 5 * 20
+
+
+def test_readings_around_a_fitted_path_are_drawn_anywhere_among_their_steps():
+    """A path 0.3 steps above a reading, its start fitted: what readings miss it by is uniform, q^2/12, and in a draw all the same
+    while nothing moves. The scatter of the mean of 400 squares, each a twelfth with a deviation of 0.075: 0.0037, five of it."""
+    lattice = np.zeros((3, 2))
+    lattice[0] = 0.001, 0.5
+    noise = Noise(CorrelatedNoise(1e-6, 0.0, 0.0, CERTAIN), None, 1 / 60, "stated", lattice=lattice)
+    recording = replace(recorded(noise, 3), unknown=(("position", (1.0, 0.0, 0.0)),))
+    draws = NoiseDraws(noise, [recording], [np.full(3, 0.5073)])(0, 400)
+    missed = colour(recording.whitening, draws) / 0.001
+    assert np.allclose(missed, missed[0], rtol=0, atol=0.02) and abs(np.mean(missed[0] ** 2) - 1 / 12) < 5 * 0.0037
