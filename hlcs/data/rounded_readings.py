@@ -38,6 +38,16 @@ def reading_step(values):
     return digit if digit >= 1e-6 * away[-1] else 0.0
 
 
+def as_it_moved(values, step):
+    """Do readings in the order of time (n,), multiples of a step, count as an even motion does: are all second differences of
+    their counts the same?
+
+    A cart at a constant speed, and what falls, pass by multiples of one distance from sample to sample, however it is read.
+    """
+    counts = np.round((values - values[0]) / step)
+    return len(values) > 3 and bool(np.ptp(np.diff(counts, 2)) == 0)
+
+
 def are_multiples(values, step):
     """Are all readings whole steps away from the first, to their last digits?
 

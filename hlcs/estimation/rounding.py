@@ -8,7 +8,7 @@ lies: there the noise is read from how often each value is shown.
 import numpy as np
 from scipy import special
 
-from hlcs.data.rounded_readings import are_multiples, reading_step
+from hlcs.data.rounded_readings import are_multiples, as_it_moved, last_decimal, reading_step
 from hlcs.estimation.correlated_noise import MOST_WHITE, CorrelatedNoise
 
 FINE = 0.1  # steps of so many standard deviations add 0.04 % to the noise: they are left out of account
@@ -22,12 +22,20 @@ def lattice_of(trials, static):
     The coarsest step of all coordinates that a coordinate's own readings are multiples of: one tracker reads all of them.
     """
     found, every = np.zeros((3, 2)), [trial.position for trial in (*trials, *([static] if static else []))]
-    readings = [values[np.isfinite(values)] for values in np.concatenate(every).T]
-    steps = sorted((step for values in readings if (step := reading_step(values))), reverse=True)
+    paths = [[path[np.isfinite(path)] for path in axis] for axis in zip(*(each.T for each in every), strict=True)]
+    readings = [np.concatenate(axis) for axis in paths]
+    steps = sorted((step for axis in zip(paths, readings, strict=True) if (step := step_of_axis(*axis))), reverse=True)
     for axis, values in enumerate(readings):
         fitting = (step for step in steps if len(values) and are_multiples(values, step))
         found[axis] = next(((step, values[0]) for step in fitting), (0.0, 0.0))
     return found
+
+
+def step_of_axis(paths, readings):
+    """Step of the readings of one coordinate, all together and path by path in the order of time; 0 where none is seen."""
+    step = reading_step(readings)
+    moved = step and all(as_it_moved(path, step) for path in paths if len(path))
+    return last_decimal(np.unique(readings)) if moved else step
 
 
 def step_of(lattice):
