@@ -2,8 +2,9 @@
 
 A height counted to the top of a body in place of its lower end, or along a ruler whose zero is not its end, is off by a constant
 that no scatter of replicates shows; so are the speed of a launcher and the zero of a protractor. What reads a speed or an angle
-may also be off by a factor; that of a length or a time is an effect. An effect that is found beside it is not wrong about the
-data, so the report names both.
+may also be off by a factor; that of a length or a time is an effect. And an outcome may hold more than the motion, in proportion
+to an input: the way of a car before its driver brakes, the time that sound takes up a well. An effect that is found beside it is
+not wrong about the data, so the report names both.
 """
 
 from dataclasses import replace
@@ -38,8 +39,13 @@ SCALES = {  # what is read from one scale that no effect knows -> what to check
     ("slope",): "how the slope was measured: rise over run, not over the length of the slope",
 }
 ALONG = 1.1  # of the length of a body: how far off a zero is looked for, which noise may move beyond its end
+HOLDS = {  # outcome, in proportion to which input it may hold more -> unit of the ratio, the most that it may be, what to check
+    ("stop_distance_m", "speed_m_s"): ("s", 2.0, "whether it is counted from the brake, or a reaction time earlier"),
+    ("fall_time_s", "height_m"): ("s/m", 1 / 300, "whether the impact was heard at the top: sound takes 0.0029 s a metre"),
+}
 FASTER, TURNED = 0.5, 5.0  # of the smallest speed, degrees: farther off than that nobody takes them for right
-SCALED = 0.1  # the same as a part of what is stated; of a length of many bodies' lengths its zero too: the edge of a bench
+ASIDE = 0.1  # of the shortest length its zero too, where that is many bodies' lengths: the edge of a bench
+SCALED = 0.25  # as a part of what is stated: a ball that rolled down leaves with 0.77 to 0.85 of the speed of one that slid
 
 
 class Zero(NamedTuple):
@@ -54,7 +60,7 @@ def zeros_of(problem, model, judge):
     """The Zeros of a model, in the order of ZEROS and SCALES; judge: (problem, fit) -> (Adequacy, table of observations).
 
     The zero of a length is looked for about as far off as the smallest body is long, since it is counted from one of its points,
-    or SCALED of the shortest such length.
+    or ASIDE of the shortest such length.
     """
     inputs, reaches = problem.table.inputs, [bounding_radius(setup.body) for setup in problem.setups]
     long = 0.0 if None in reaches else ALONG * 2 * min(reaches)
@@ -63,11 +69,10 @@ def zeros_of(problem, model, judge):
     most = {"m/s": FASTER * shortest["speed_m_s"], "degrees": TURNED}
     level = problem.table.outcome in ON_A_FLOOR and not {*inputs} & {"angle_deg", "slope"}  # then the floor may slope after all
     read = {*inputs, problem.table.outcome, *(["angle_deg"] if level else [])}
-    ends = [
-        (names, unit, most.get(unit, max(long, SCALED * shortest[names[0]])), check) for names, (unit, check) in ZEROS.items()
-    ]
+    ends = [(names, unit, most.get(unit, max(long, ASIDE * shortest[names[0]])), check) for names, (unit, check) in ZEROS.items()]
     asked = [each for each in ends if each[2] and read.issuperset(each[0])]
     asked += [(names, "%", SCALED, check) for names, check in SCALES.items() if np.ptp(inputs.get(names[0], 0.0)) > 0]
+    asked += [(names, *each) for names, each in HOLDS.items() if names[0] == problem.table.outcome and names[1] in inputs]
     return tuple(filter(None, (_zero(problem, model, *each, judge) for each in asked)))
 
 
@@ -81,7 +86,8 @@ def zero_errors_told(found, chi2):
 def _zero(problem, model, names, unit, most, check, judge):
     """The Zero of what has these names, None where no common error of it up to `most`, in this unit or as a part of it where that
     is "%", leaves noise."""
-    changed = scaled if unit == "%" else with_zero_at
+    holds = names in HOLDS
+    changed = holding if holds else scaled if unit == "%" else with_zero_at
 
     def misfit(offset):
         moved = changed(problem, names, offset)
@@ -99,10 +105,12 @@ def _zero(problem, model, names, unit, most, check, judge):
     known, at_end = 0 < bend < np.inf, abs(found.x) + step >= most
     cost = fit.cost + (found.x / spread) ** 2 + np.log1p(spread**2 * max(bend, 0.0) / 2)
     off, reach = abs(found.x), np.sqrt(2 * special.chdtri(1, 1 - INTERVAL) / bend) if known else 0.0
-    off, error = (f"{100 * value:.2g} %" if unit == "%" else size(value, unit) for value in (off, reach))
+    off, error = (f"{100 * each:.2g} %" if unit == "%" else size(each, unit) for each in (off, reach))
     which, side = " and ".join(names) + (" is" if len(names) == 1 else " are"), "more" if found.x > 0 else "less"
     off = f"at least {off}" if at_end else f"{off} +- {error}" if known else off
-    if problem.table.outcome in names or names[0] in problem.table.inputs:
+    if holds:
+        wrong = f"{names[0]} holds {off} times {names[1]} {side} than the motion takes, in all rows alike"
+    elif problem.table.outcome in names or names[0] in problem.table.inputs:
         wrong = f"{which} {off} {side} than stated in all rows alike"
     else:
         way, check = "down" if found.x > 0 else "up", "it with a level"
@@ -119,6 +127,12 @@ def with_zero_at(problem, names, offset):
     inputs = {name: within(name, table.inputs.get(name, none) + offset) for name in names if name != table.outcome}
     values = table.values + offset if table.outcome in names else table.values
     return problem.with_inputs(replace(table, inputs=table.inputs | inputs, values=values))
+
+
+def holding(problem, names, ratio):
+    """The TableProblem without what its outcome holds beside the motion: a ratio times an input; names: outcome, input."""
+    table = problem.table
+    return problem.with_inputs(replace(table, values=table.values - ratio * table.inputs[names[1]]))
 
 
 def scaled(problem, names, part):

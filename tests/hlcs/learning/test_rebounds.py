@@ -25,7 +25,7 @@ def problem(groups=("a", "b"), bodies=(None, None)):
         SimpleNamespace(group=name, name=name, whole=name, body=body, surroundings=around)
         for name, body in zip(groups, bodies, strict=True)
     ]
-    return SimpleNamespace(trials=trials, error=lambda white: float(np.concatenate(white).std()))
+    return SimpleNamespace(trials=trials, error=lambda white: float(np.concatenate(white).std()), noise_level=1.0)
 
 
 def a_fit(chi2, fixed=()):
