@@ -12,6 +12,7 @@ kernel itself has changed: after an upgrade it would run the new step with a fun
 import hashlib
 import os
 import shutil
+import warnings
 from functools import cache
 from pathlib import Path
 
@@ -24,9 +25,10 @@ KEPT = 3  # folders of compiled code that stay: of this version, and of others w
 def kernel(function, **options):
     """The function, compiled when it is first called; its compiled code is kept for later runs."""
     before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = _folder(before)
+    folder = _folder(before)
+    numba.config.CACHE_DIR = folder or before
     try:
-        return numba.njit(cache=True, **options)(function)
+        return numba.njit(cache=bool(folder), **options)(function)
     finally:
         numba.config.CACHE_DIR = before
 
@@ -43,7 +45,7 @@ def inlined(function):
 
 
 def cold():
-    """Is no code of this version compiled yet, as far as one can know? Then a first step waits for the compiler."""
+    """Is no code of this version kept yet, where it can be? Then a first step waits for the compiler, and later ones need not."""
     folder = None if numba.config.DISABLE_JIT else _folder(numba.config.CACHE_DIR)
     return bool(folder) and not any(Path(folder).rglob("*.nbi"))
 
@@ -51,12 +53,14 @@ def cold():
 @cache
 def _folder(chosen):
     """Where compiled code is kept: in the folder that NUMBA_CACHE_DIR chose; else beside this file or, where nothing can be
-    written, in the user's cache. Where neither can be, it is left to Numba."""
+    written, in the user's cache. Where neither can be it is not kept, "": a folder that others may write would be theirs to fill
+    with code."""
     package, digest = Path(__file__).resolve().parent, hashlib.sha256()
     for path in sorted(package.rglob("*.py")):
         digest.update(path.read_bytes())
     home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
-    for place in [Path(chosen)] if chosen else [package / "__pycache__", Path(home, "minibullet")]:
+    places = [Path(chosen)] if chosen else [package / "__pycache__", Path(home, "minibullet")]
+    for place in places:
         folder = place / f"kernels-{digest.hexdigest()[:16]}"
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -67,4 +71,10 @@ def _folder(chosen):
         for old in others[:-KEPT]:
             shutil.rmtree(old, ignore_errors=True)
         return str(folder)
-    return chosen
+    tried = " or ".join(map(str, places))
+    warnings.warn(
+        f"compiled code cannot be kept in {tried}: each run compiles anew, for a minute or more; set NUMBA_CACHE_DIR to a folder "
+        "that you may write",
+        stacklevel=2,
+    )
+    return ""

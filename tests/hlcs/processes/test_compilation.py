@@ -33,6 +33,15 @@ def test_code_is_cold_until_a_kernel_is_kept(tmp_path, monkeypatch):
     assert not kernels.cold()
 
 
+def test_where_no_code_can_be_kept_kernels_run_without_and_the_remedy_is_told(tmp_path, monkeypatch):
+    """As a user who may write neither beside the package nor at home: a file stands where the folder should be."""
+    (tmp_path / "file").write_text("")
+    with pytest.warns(UserWarning, match="set NUMBA_CACHE_DIR to a folder that you may write"):
+        assert kernels._folder.__wrapped__(str(tmp_path / "file" / "cache")) == ""
+    monkeypatch.setattr(kernels, "_folder", lambda chosen: "")
+    assert kernels.kernel(lambda x: 2 * x)(21) == 42 and not kernels.cold()
+
+
 def test_where_code_is_kept_nothing_is_compiled_and_nothing_said(monkeypatch, capsys):
     monkeypatch.setattr(kernels, "cold", lambda: False)
     monkeypatch.setattr(parallel, "each", lambda *_: pytest.fail("processes were started"))
