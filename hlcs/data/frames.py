@@ -58,6 +58,8 @@ def csv_of(frame, name):
     if not is_frame(frame):
         raise InputError(f"{name}: {type(frame).__name__} has no columns by name; give {LIKE}")
     names = list(frame.keys()) if hasattr(frame, "keys") else list(frame.dtype.names)
+    if twice := sorted({str(column) for column in names if names.count(column) > 1}):
+        raise InputError(f"{name}, column {twice[0]}: stands twice; leave one of them out")
     columns = {str(column): _objects(frame[column], f"{name}, column {column}", column in WORDS) for column in names}
     for column, values in columns.items():
         if values.ndim > 1:

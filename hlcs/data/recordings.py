@@ -180,7 +180,9 @@ def _static(file):
     """The recording of a body at rest that an experiment file names."""
     times, position, orientation, read, _ = read_recording(file.static, file.pixel, file.accelerometer, at_rest=True)
     static = Trial(file.static.name, "static", times, position, orientation, {}, file.body, file.surroundings, accelerations=read)
-    validation.check_at_rest(static, file.static)
+    for drift in validation.check_at_rest(static, file.static):
+        told = f"file '{file.static.name}', {drift}: that counts as noise; record a body that rests, or state noise in its place"
+        file.source.warn("static", told, "measurement")
     return static
 
 

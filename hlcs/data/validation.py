@@ -308,7 +308,9 @@ def check_length(trial, path):
 
 
 def check_at_rest(trial, path):
-    """Refuse a static recording that moves: its halves must agree within their scatter about a straight line."""
+    """Refuse a static recording that moves: its halves must agree within their scatter about a straight line; phrases on columns
+    that drift by less, a list."""
+    drifts = []
     for name, values, unit in _readings(trial):
         there = np.isfinite(values)
         t, z = trial.times[there], values[there]
@@ -326,6 +328,9 @@ def check_at_rest(trial, path):
                 raise InputError(
                     f"{path}, column {name}: moves by {moved:.3g} {unit}; a static recording must show a body at rest"
                 )
+            if moved > 2 * scatter:
+                drifts.append(f"column {name}: drifts by {moved:.3g} {unit}, {moved / scatter:.2g} times its scatter")
+    return drifts
 
 
 def _readings(trial):

@@ -29,7 +29,7 @@ MOST_DEPTH = 16  # of tables and lists in each other; files of ours have 4
 ALIKE = 0.75  # likeness of two keys, 0 to 1, from which one is taken for the other misspelt
 REMEDIES = {  # what stands in a line that is no TOML -> what is to be written in its place
     r"=[^\"'#]*(?<![\w.])[+-]?(\.\d|\d+\.(?!\d))": "a number has digits on both sides of its point, 0.1 or 1.0",
-    r"=[^\"']*\d,\d+\s*(#|$)": "decimals have a point, 0.5",
+    r"=[^\"']*\d,\d+\s*(#|}|$)": "decimals have a point, 0.5",
     r"=\s*(?i:yes|no|on|off|true|false)\s*(#|$)": "write true or false, in small letters",
     r"=\s*[+-]?\d[\d.]*(e[+-]?\d+)?\s*[a-df-zµ%°]": "numbers stand without units: kg, m, s, rad, or as the name of the key says",
     r"(?<!:)//": "a remark begins with #",
@@ -216,7 +216,7 @@ class TomlFile:
         if above is not None and not value > above:
             self.fail(key, f"must be greater than {above:g}, got {value:g}", section, index)
         if not low <= value <= high:
-            lowest = f"between {low:g} and" if above is None else f"greater than {above:g} and at most"
+            lowest = f"between {low:g} and" if above is None or value < low else f"greater than {above:g} and at most"
             self.fail(key, f"must be {lowest} {high:g}, got {value:g}; units are SI (m, kg, s, rad)", section, index)
         if said := limits.unlikely(key, value):
             self.warn(key, said, section, index)

@@ -79,6 +79,10 @@ class Experiment:
         values = {"kind": kind, "title": title or IN_PYTHON, "body": body, "surroundings": surroundings, **sections}
         if not isinstance(kind, str) or kind not in KINDS or KINDS[kind].layout.in_trials:
             values["trial"] = _trial_tables(list(tables), trials)
+        elif trials is not None:
+            raise InputError(
+                f'{IN_PYTHON}: trials stand beside recordings; kind = "{kind}" takes columns of its one frame instead'
+            )
         elif len(tables) == 1:
             measurement["file"] = next(iter(tables))
         else:

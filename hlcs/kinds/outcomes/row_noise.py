@@ -97,8 +97,9 @@ def of_the_digit(digit):
 
 def to_know_it(table):
     """What to do where the rows of a table tell no noise, in words."""
-    if repeats_of(table).freedom < LEAST_FREEDOM:
-        return "repeat some rows with equal inputs (replicates), or state measurement.noise"
+    if (freedom := repeats_of(table).freedom) < LEAST_FREEDOM:
+        more = f"; {LEAST_FREEDOM} repeats tell a noise, here {'is' if freedom == 1 else 'are'} {freedom:g}" if freedom else ""
+        return f"repeat some rows with equal inputs (replicates{more}), or state measurement.noise"
     stated, agree = "state measurement.noise", "all rows of equal inputs agree"
     digit, unit = last_digit(table.values, agree=True), OUTCOMES[table.outcome]
     if not digit:

@@ -29,6 +29,8 @@ from minibullet.errors import InputError, InputWarning
         (TOML.replace("radius", "diameter"), ("line 4: body.diameter: unknown key; write radius, half of it",)),
         (TOML.replace("radius", "thickness"), ("line 4: body.thickness: unknown key; known are shape, radius, height",)),
         (TOML.replace("0.05", "0,05"), ("not valid TOML", "line 5", "'mass = 0,05'; decimals have a point")),
+        (TOML.replace("position = 0.01", "position = 0,01"), ("not valid TOML", "decimals have a point")),
+        (TOML.replace("position = 0.01", "position = 1e-300"), ("must be between",)),
         (TOML.replace('"sphere"', "sphere"), ("'shape = sphere'; texts stand between quotes",)),
         (TOML.replace('"sphere"', '"sphere'), ("a text ends with the quote that it begins with",)),
         (TOML.replace("0.05", "50 g"), ("'mass = 50 g'; numbers stand without units: kg, m, s, rad",)),

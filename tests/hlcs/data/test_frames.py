@@ -107,3 +107,9 @@ def test_days_and_years_may_be_groups():
     days = csv_of({"t_s": [0.0, 1.0], "group": pd.to_datetime(["2024-06-01", "2024-06-02"])}, "frame 1")
     assert [row.split(",")[1] for row in days.text.split()[1:]] == ["2024-06-01", "2024-06-02"]
     assert csv_of({"t_s": [0.5], "group": np.array([2024])}, "frame 1").text == "t_s,group\n0.5,2024\n"
+
+
+def test_a_column_that_stands_twice_is_named():
+    frame = pd.DataFrame([[0.0, 1.0, 1.0], [0.1, 0.9, 0.9]], columns=["t_s", "z_m", "z_m"])
+    with pytest.raises(InputError, match="frame 1, column z_m: stands twice"):
+        csv_of(frame, "frame 1")

@@ -72,6 +72,15 @@ def test_a_static_recording_that_drifts_is_refused(tmp_path):
     refused(path, "rest.csv", "z_m", "at rest")
 
 
+def test_a_static_recording_that_drifts_by_a_few_times_its_scatter_is_told(tmp_path):
+    """12 mm of drift, 6 mm from half to half, three times a scatter of 2 mm, which the noise read from it would hold."""
+    path = experiment(tmp_path, toml=TOML.replace("noise = { position = 0.01 }", 'static = "rest.csv"'))
+    heights = 1.0 + 0.0003 * np.arange(40) + 0.002 * (-1.0) ** np.arange(40)
+    (tmp_path / "rest.csv").write_text("t_s,z_m\n" + "".join(f"{k / 10:.1f},{z:.4f}\n" for k, z in enumerate(heights)))
+    with pytest.warns(InputWarning, match="rest.csv', column z_m: drifts by 0.006 m, 3 times its scatter"):
+        measured(path)
+
+
 def test_copies_are_refused_even_rotated(tmp_path):
     times = np.arange(12) * 0.1
     seen = np.column_stack([times, np.sin(times), -(times**2)])

@@ -65,6 +65,7 @@ def test_what_cannot_be_an_experiment_is_refused_by_what_was_given():
         ({"frames": good, "boddy": BALL}, "frames: boddy: unknown key; the nearest known key is 'body'"),
         ({"frames": [good], "trials": [{}, {}]}, "frames: 2 trials for 1 frames"),
         ({"frames": [good, good], "kind": "outcomes"}, 'frames: 2 frames; kind = "outcomes" takes one'),
+        ({"frames": [good], "kind": "outcomes", "trials": [{}]}, 'kind = "outcomes" takes columns of its one frame'),
         ({"frames": good, "body": {"mass": {1.0}}}, "frames: body.mass is a set"),
         ({"frames": []}, "frames: got \\[\\]; give a pandas frame"),
     ):

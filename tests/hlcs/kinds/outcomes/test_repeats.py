@@ -81,6 +81,8 @@ def test_repeats_that_agree_to_the_last_digit_tell_no_noise_and_what_to_state_is
     assert f"fall_time_s = {digit / np.sqrt(12):.2g} }}, what the last digit ({digit:g} s) leaves" in to_know_it(agreeing)
     assert "so they were rounded or copied" in to_know_it(agreeing)
     assert "repeat some rows" in to_know_it(read_table(csv_of({"height_m": [1, 2, 3], "fall_time_s": [0.4, 0.6, 0.8]}, "rows")))
+    two = read_table(csv_of({"height_m": [1, 1, 2, 2], "fall_time_s": [0.4, 0.41, 0.6, 0.62]}, "rows"))
+    assert "3 repeats tell a noise, here are 2" in to_know_it(two)
 
 
 @pytest.mark.parametrize("third", [3, 6, 9])  # rows: a mean of three times 0.7 is 0.7 less one in the last bit
