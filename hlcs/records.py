@@ -124,7 +124,7 @@ class Reason(Sentence):
     OTHER_FORM = "of one set ({form}) with {better}, which explains the data better"
     SUSPECTED = "suspected: {why}"
     INVISIBLE = "cannot be seen in these data: what it does is absorbed by the unknown start or by what is in the model"
-    NO_DRAG = "nothing for it to act on: it acts through a drag, and the model has none; add a drag first"
+    NO_DRAG = "nothing for it to act on: the drag that it acts through is not in the model; add that first"
     EXPLAINED_TOO = "explains a part too{at}: {why}"
     BEYOND_ITS_LAW = "beyond what its law allows{at}: {why}"
     NOT_SEEN = "not seen{at}: {why}"

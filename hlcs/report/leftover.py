@@ -162,6 +162,17 @@ def few_recordings(table):
     return (trials[np.sort(few)], min(float(held[len(few) - 1]), 1.0)) if apart.all() else None
 
 
+def one_level(table):
+    """(input, its value, share) where MOST of what is more than noise is in the rows of one value of an input alone, as
+    `few_recordings` tells it, of three values or more; None elsewhere."""
+    for name in (name for name in table if name in INPUTS):
+        values, index = np.unique(table[name], return_inverse=True)
+        few = few_recordings(table | {"trial": index.reshape(-1)}) if len(values) > 2 else None
+        if few and len(few[0]) == 1:
+            return name, float(values[few[0][0]]), few[1]
+    return None
+
+
 def likeness(table, channels=(), units=(), trials=()):
     """What the residuals of a table of observations look like, in a sentence without its full stop; trials: names of the
     recordings."""
@@ -172,6 +183,10 @@ def likeness(table, channels=(), units=(), trials=()):
         there = likeness({name: values[inside] for name, values in table.items()}, channels, units)
         alone = f"{told_share(few[1])} of what is more than noise is in {which} alone"
         return f"{alone}: look for what was different there; in {'it' if len(names) == 1 else 'them'} {there}"
+    if "time" not in table and (level := one_level(table)):
+        name, value, part = level
+        rows = f"{told_share(part)} of what is more than noise is in rows of {name} = {value:g} alone"
+        return f"{rows}: look for what was different there, and for what is stated of them"
     swings, held = _swings(table)
     if swings and max(held) <= SHOWN:  # seen beyond doubt, and little of what is left: no cause of it
         where = f" in {channels[swings[0].channel]}" if channels else ""

@@ -245,11 +245,16 @@ def _complete(diagnosis):
 
 
 def _effect(diagnosis):
-    found = [effect_sentence(diagnosis, name) for name in diagnosis.effects]
-    subject = "It" if len(found) == 1 else "Together they"
-    first = " ".join(found) if len(found) == 1 else Points(tuple(found))
-    lead = [] if len(found) == 1 else [f"{_count(len(found))} things are missing or wrong, what the data need most first:"]
-    told = [*lead, first, f"{removal(diagnosis, subject)} {_noise(diagnosis)}".strip()]
+    found = {name: effect_sentence(diagnosis, name) for name in diagnosis.effects}
+    implied = [found[name] for name in found if _finding(diagnosis, name, "reason", None) is Reason.IMPLIED]
+    own = [sentence for sentence in found.values() if sentence not in implied] or implied
+    told = (
+        own
+        if len(own) == 1
+        else [f"{_count(len(own))} things are missing or wrong, what the data need most first:", Points(tuple(own))]
+    )
+    told = [*told, *(sentence for sentence in implied if own is not implied)]
+    told.append(f"{removal(diagnosis, 'It' if len(found) == 1 else 'Together they')} {_noise(diagnosis)}".strip())
     return [*told, *_turns(diagnosis), *_not_sure(diagnosis)]
 
 

@@ -123,6 +123,15 @@ def test_an_input_that_is_not_the_main_one_is_named(generator):
     assert "goes with mass_kg" in likeness(rows | {"height_m": height, "mass_kg": mass})
 
 
+def test_what_one_value_of_an_input_misses_alone_is_told_by_that_value(generator):
+    """Four surfaces of ten rows, one of them missed by 8 sigma; and all of them, by more the faster: then none is named."""
+    friction, speed = np.repeat([0.2, 0.3, 0.45, 0.6], 10), np.tile(np.linspace(0.5, 2.5, 10), 4)
+    missed = np.where(friction == 0.45, 8.0, 0.0) + generator.standard_normal(40)
+    rows = {"trial": np.zeros(40, int), "channel": np.zeros(40, int), "friction": friction, "speed_m_s": speed, "sigmas": missed}
+    assert "is in rows of friction = 0.45 alone" in likeness(rows)
+    assert "alone" not in likeness(rows | {"sigmas": 2 * speed**2 + generator.standard_normal(40)})
+
+
 def test_too_few_samples_have_no_spectrum(generator):
     assert spectra(table(np.ones(10))) == [] and spectrum(table(np.ones(10))) is None
 

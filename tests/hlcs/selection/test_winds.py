@@ -75,4 +75,4 @@ def test_a_wind_has_nothing_to_act_on_before_a_drag_is_there_and_the_report_says
     found = hlcs.diagnose(tmp_path / "thrown.toml", candidates=["uniform_flow"])
     (wind,) = (entry for entry in found.candidates if entry.effect == "uniform_flow")
     assert found.verdict == "complete" and wind.reason is Reason.NO_DRAG
-    assert "uniform_flow: nothing for it to act on" in str(found) and "add a drag first" in " ".join(str(found).split())
+    assert "uniform_flow: nothing for it to act on" in str(found) and "add that first" in " ".join(str(found).split())
