@@ -14,6 +14,7 @@ from hlcs.placement.comparison import compare_layers
 from hlcs.records import Comparison
 from hlcs.simulation import outcome_motion
 from hlcs.simulation.model import Model
+from hlcs.simulation.row_setups import row_setups
 from minibullet.errors import InputError
 
 
@@ -79,7 +80,7 @@ def predict(experiment, inputs, model=None, effects=(), effects_file=None, allow
             f'predict: kind = "{file.kind}"; only a table of outcomes (kind = "outcomes") can be asked at other inputs'
         )
     table = inputs_like(read_outcomes(file), inputs)
-    setups = outcome_motion.row_setups(file, table)
+    setups = row_setups(file, table)
     check_names(file, own, setups)
     check_table(file, table, own)
     with np.errstate(all="ignore"):

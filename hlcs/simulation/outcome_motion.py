@@ -4,14 +4,12 @@ The forces and the laws of contact are those of the effects; the motion is that 
 costs no world: Runge-Kutta in flight, the law of restitution at the impact, Coulomb's law on the floor.
 """
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from hlcs.data.quantities import OUTCOMES, ROW_KEYS
+from hlcs.data.quantities import OUTCOMES
 from hlcs.data.rigid_body import rigid_body, support
-from hlcs.effects.contract import Setup
 from hlcs.simulation.free_flight import fly
 from hlcs.simulation.track import Track
 from minibullet.bodies import Bodies, ContactLaw, Contacts
@@ -384,17 +382,3 @@ USES = {  # inputs that an outcome depends on, beside those of ROW_KEYS
     "rebound_speed_m_s": ("impact_speed_m_s",),
     "range_m": ("speed_m_s", "angle_deg", "height_m", "spin_rad_s"),
 }
-
-
-def row_setup(file, inputs, row):
-    """The Setup of one row: the file's, with what the row itself states."""
-    parts = {"body": file.body, "surroundings": file.surroundings}
-    for column, (part, key) in ROW_KEYS.items():
-        if column in inputs:
-            parts[part] = replace(parts[part], **{key: float(inputs[column][row])})
-    return Setup(parts["body"], parts["surroundings"])
-
-
-def row_setups(file, table):
-    """The Setup of each row of an OutcomeTable, a list."""
-    return [row_setup(file, table.inputs, row) for row in range(len(table.values))]

@@ -12,6 +12,7 @@ from hlcs.data.rigid_body import rigid_body
 from hlcs.effects.needs_of_model import check_needs
 from hlcs.files.limits import unlikely
 from hlcs.simulation import outcome_motion
+from hlcs.simulation.row_setups import row_setups
 from minibullet.errors import LIKE, InputError, InputWarning, nearest
 
 # Measured over predicted: outside these bounds no effect is missing, a unit is wrong.
@@ -51,7 +52,7 @@ def check_table(file, table, own=()):
     _check_columns(file, table)
     _check_rows(table)
     _tell_unlikely(table)
-    setups = outcome_motion.row_setups(file, table)
+    setups = row_setups(file, table)
     for row, setup in enumerate(setups):
         refuse_unsized(file.source, setup.body, False, "body")
         rigid_body(setup.body)
@@ -67,7 +68,7 @@ def _check_columns(file, table):
     """Refuse columns that the outcome does not depend on, and two that say the same: nothing is passed over in silence."""
     used = outcome_motion.USES[table.outcome]
     for column in table.inputs:
-        if column not in (*used, *outcome_motion.ROW_KEYS):
+        if column not in (*used, *ROW_KEYS):
             can = f"it depends on {', '.join(used)}" if used else "it depends on the body alone"
             raise InputError(
                 f"{table.file}, column {column}: {table.outcome} does not depend on it; {can}, beside body, fluid and floor: "

@@ -5,7 +5,7 @@ import numpy as np
 from hlcs.data.bodies import impossible_density
 from hlcs.data.quantities import INPUTS
 from hlcs.estimation.designs import BY_HAND, HIGH, Design, octaves
-from hlcs.simulation import outcome_motion
+from hlcs.simulation.row_setups import row_setup
 
 BEYOND = (0.25, 0.5, 2.0, 4.0)  # factors on the measured range of an input: what a laboratory can arrange
 SLOPES = (-10.0, -5.0, 5.0, 10.0)  # of a floor that was level: boards on a wedge [degrees]
@@ -105,5 +105,5 @@ def possible(file, row):
         return False
     if row.get("mark_2_m", np.inf) <= row.get("mark_1_m", 0.0):
         return False
-    setup = outcome_motion.row_setup(file, {name: np.array([value]) for name, value in row.items()}, 0)
+    setup = row_setup(file, {name: np.array([value]) for name, value in row.items()}, 0)
     return not impossible_density(setup.body)

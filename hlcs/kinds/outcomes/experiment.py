@@ -28,7 +28,7 @@ from hlcs.selection.search import Search
 from hlcs.selection.thresholds import ODDS, ODDS_ALONE
 from hlcs.selection.verdict import select
 from hlcs.simulation.model import Term
-from hlcs.simulation.outcome_motion import row_setups
+from hlcs.simulation.row_setups import row_setups
 
 FEW = 12  # rows below which a table is small
 BY_REPEATS = "leave measurement.noise out: rows of equal inputs then tell the noise"

@@ -29,6 +29,7 @@ from hlcs.kinds.protocol import Prepared, misses
 from hlcs.selection.eligibility import NEEDS, eligible, stated, with_drag_that_fits
 from hlcs.simulation import outcome_motion
 from hlcs.simulation.model import Model
+from hlcs.simulation.row_setups import row_setup, row_setups
 from minibullet import effects
 from minibullet.effects.contract import Need
 
@@ -85,7 +86,7 @@ class TableProblem(DirectProblem):
         self.noise = scatter.noise
         _, first, self.back = np.unique(table.setting, return_index=True, return_inverse=True)
         self.never = np.zeros(len(table.values), bool) if never is None else never
-        self.setups = [outcome_motion.row_setup(file, table.inputs, row) for row in first]
+        self.setups = [row_setup(file, table.inputs, row) for row in first]
         self.distinct = {name: values[first] for name, values in table.inputs.items()}
         self.errors = errors or SettingErrors(np.zeros(len(first)))
         self.own = scatter.of_settings(table) if own is None else own
@@ -261,7 +262,7 @@ def table_candidates(file, table, names, own):
     inputs, speeds = table.inputs, fastest_rows(file, table)
     sizes, densities = (inputs.get(name, 1.0) for name in ("radius_m", "fluid_density_kg_m3"))
     row = int(np.argmax(speeds * sizes * densities))  # that of the largest Reynolds number speaks for all
-    largest, speed = outcome_motion.row_setup(file, inputs, row), float(speeds[row])
+    largest, speed = row_setup(file, inputs, row), float(speeds[row])
     body, surroundings = largest.body, largest.surroundings  # what a column states counts as what a key does
     met = {
         Need.FLUID: surroundings.fluid_density,
@@ -287,7 +288,7 @@ def table_candidates(file, table, names, own):
             return "its clock starts at the first mark"
         return None
 
-    entries = as_stated(file.effects, outcome_motion.row_setups(file, table), own)
+    entries = as_stated(file.effects, row_setups(file, table), own)
     why = with_drag_that_fits({kind: obstacle(kind) for kind in wanted(names, own)}, body, surroundings, speed)
     why = {kind: stated(kind, entries, own) or text for kind, text in why.items()}
     found, absent = eligible(why, entries, body, surroundings, known_to_drag(body), own, extent, speed)

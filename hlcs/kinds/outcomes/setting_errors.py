@@ -12,6 +12,7 @@ from scipy import special
 from hlcs.data.quantities import INPUTS, OUTCOMES
 from hlcs.kinds.outcomes.repeats import DRAWS, LEAST_FREEDOM, SEEN
 from hlcs.simulation import outcome_motion
+from hlcs.simulation.row_setups import row_setup
 
 LEAST_SETTINGS = 6  # from which scatter between settings is told from the bend of an effect
 MOST_BENT = 3  # degree of the curve: what the library does to an outcome bends no more over a range of one input
@@ -73,7 +74,7 @@ def outcomes_at(file, table, model):
 def settings_at(file, table, model, inputs, count=None):
     """Outcomes (d,) that a model foretells at inputs {name: (d,)}; count: d, where there may be no inputs."""
     count = len(next(iter(inputs.values()))) if count is None else count
-    setups = [outcome_motion.row_setup(file, inputs, row) for row in range(count)]
+    setups = [row_setup(file, inputs, row) for row in range(count)]
     with np.errstate(all="ignore"):
         return outcome_motion.outcomes(model, setups, inputs, table.outcome)
 
