@@ -24,6 +24,7 @@ OUTCOMES = {  # of a table -> unit
     "rest_height_m": "m",
     "passage_time_s": "s",
     "bounce_time_s": "s",
+    "bounce_interval_s": "s",
     "rebound_speed_m_s": "m/s",
     "range_m": "m",
 }
@@ -35,6 +36,7 @@ NEEDED_INPUTS = {  # without which an outcome has no law
     "rest_height_m": (),
     "passage_time_s": ("mark_2_m",),
     "bounce_time_s": ("height_m", "bounce"),
+    "bounce_interval_s": ("height_m", "bounce"),
     "rebound_speed_m_s": ("impact_speed_m_s",),
     "range_m": ("speed_m_s",),
 }

@@ -16,7 +16,7 @@ from minibullet.errors import shown
 EXPERIMENT = "experiment.toml"
 RESTS_ON = {  # contact coefficient -> the outcomes that rest on it
     "friction": {"stop_distance_m", "slide_time_s"},
-    "restitution": {"rebound_height_m", "bounce_time_s", "rebound_speed_m_s"},
+    "restitution": {"rebound_height_m", "bounce_time_s", "bounce_interval_s", "rebound_speed_m_s"},
 }
 CONTACTS = {
     "friction": "contact coefficient of body and floor: what you believe it is, such as 0.3; diagnose tells if it is not",

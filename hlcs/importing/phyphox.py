@@ -176,23 +176,20 @@ def _sounds(grid, words, overrides):
 
 
 def _bounces(grid, times, of_impacts, overrides, notes):
-    """Rows with `bounce` = 1, 2, .. and `bounce_time_s` since the release; of_impacts: the first sound is an impact."""
-    release = overrides.release_time
+    """Rows with `bounce` = 1, 2, .. and `bounce_time_s` since the release; of_impacts: the first sound is an impact, and where
+    nobody knows when the body was let go, `bounce_interval_s` from each to the next."""
+    release, outcome = overrides.release_time, "bounce_time_s"
     if of_impacts and release is None:
-        raise InputError(
-            f"{grid.name}: Bounce 0 is the first impact, and bounce_time_s counts from the release, which made no sound; state "
-            "it with --release-time, in s on the clock of the file, or use the acoustic stopwatch with a sound at the release"
-        )
-    if release is None and len(times):
+        told = "the first sound is an impact, and the release made none: the times are those from one bounce to the next"
+        notes, outcome = [*notes, Assumption(f"{grid.name}: {told}", "--release-time")], "bounce_interval_s"
+    elif release is None and len(times):
         release, times = float(times[0]), times[1:]
         notes = [*notes, Assumption("the first sound is the release, the others are bounces 1, 2, ..", "--release-time")]
-    if len(times) == 0:
+    between = outcome == "bounce_interval_s"
+    since, heard = (times[:-1], times[1:]) if between else (np.full(len(times), release), times)
+    if len(heard) == 0:
         raise InputError(f"{grid.name}: no sound of a bounce; at least two sounds are needed, the release and one bounce")
-    if np.any(np.diff(times) <= 0) or times[0] <= release:
-        raise InputError(f"{grid.name}: the sounds are not in order after the release at {release:g} s; check --release-time")
-    rows = {
-        "bounce": np.arange(1.0, len(times) + 1),
-        "bounce_time_s": times - release,
-        "group": np.array([grid.stem] * len(times)),
-    }
+    if np.any(heard <= since) or np.any(np.diff(times) <= 0):
+        raise InputError(f"{grid.name}: the sounds are not in order after the release at {since[0]:g} s; check --release-time")
+    rows = {"bounce": np.arange(1.0, len(heard) + 1), outcome: heard - since, "group": np.array([grid.stem] * len(heard))}
     return Found((), rows, {}, tuple(notes))

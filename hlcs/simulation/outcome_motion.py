@@ -210,13 +210,25 @@ def bounce_time(setups, effects, inputs):
 
     nan where there is no such impact: the body floats, or it stays down after one before.
     """
-    times, hit = fallen(setups, effects, inputs["height_m"])
-    heard = times
-    for number in range(2, int(inputs["bounce"].max()) + 1):
+    number = inputs["bounce"].astype(int)
+    return impact_times(setups, effects, inputs["height_m"], number.max())[number - 1, np.arange(len(setups))]
+
+
+def bounce_interval(setups, effects, inputs):
+    """Time from impact number `bounce` to the next one, of a fall as in `bounce_time`."""
+    number, rows = inputs["bounce"].astype(int), np.arange(len(setups))
+    times = impact_times(setups, effects, inputs["height_m"], number.max() + 1)
+    return times[number, rows] - times[number - 1, rows]
+
+
+def impact_times(setups, effects, heights, most):
+    """Times from the release at rest to impacts 1 to `most` (most, d); nan where there is no such impact."""
+    time, hit = fallen(setups, effects, heights)
+    found = [time]
+    for _ in range(1, most):
         aloft, hit = thrown_up(setups, effects, rebound(setups, effects, hit))
-        times = times + aloft
-        heard = np.where(inputs["bounce"] >= number, times, heard)
-    return heard
+        found.append(found[-1] + aloft)
+    return np.array(found)
 
 
 def thrown_up(setups, effects, speed):
@@ -368,6 +380,7 @@ LAWS = {
     "rest_height_m": rest_height,
     "passage_time_s": passage_time,
     "bounce_time_s": bounce_time,
+    "bounce_interval_s": bounce_interval,
     "rebound_speed_m_s": rebound_speed,
     "range_m": throw_range,
 }
@@ -379,6 +392,7 @@ USES = {  # inputs that an outcome depends on, beside those of ROW_KEYS
     "rest_height_m": (),
     "passage_time_s": ("start_speed_m_s", "mark_1_m", "mark_2_m"),
     "bounce_time_s": ("height_m", "bounce"),
+    "bounce_interval_s": ("height_m", "bounce"),
     "rebound_speed_m_s": ("impact_speed_m_s",),
     "range_m": ("speed_m_s", "angle_deg", "height_m", "spin_rad_s"),
 }

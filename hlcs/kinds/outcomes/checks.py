@@ -22,6 +22,7 @@ PLAUSIBLE = {
     "slide_time_s": (0.05, 300.0),
     "passage_time_s": (0.1, 300.0),
     "bounce_time_s": (0.2, 300.0),
+    "bounce_interval_s": (0.05, 300.0),
     "range_m": (0.01, 50.0),
 }
 

@@ -13,6 +13,7 @@ WHY = {  # outcome -> what the model says of the body, what to check
     "range_m": ("the body floats and never comes down", "mass, size and fluid"),
     "rebound_height_m": ("the body floats and never strikes the floor", "mass, size and fluid"),
     "bounce_time_s": ("there is no such bounce, as the body stays down or floats", "restitution, mass and fluid"),
+    "bounce_interval_s": ("there is no next bounce, as the body stays down or floats", "restitution, mass and fluid"),
     "slide_time_s": ("the body does not slide there: friction holds or stops it before", "friction, slope and speed"),
     "stop_distance_m": ("the body never stops there: nothing holds it", "friction and slope"),
 }

@@ -63,6 +63,7 @@ FITTING = {  # what acts on each outcome
     "rest_height_m": (SizeError, MarginOffset, LengthScale),
     "passage_time_s": (*FORCES, *CLOCK, LengthScale),
     "bounce_time_s": (*FORCES, *CLOCK, effects.Restitution, effects.VelocityDependentRestitution, LengthScale),
+    "bounce_interval_s": (*FORCES, TimeScale, effects.Restitution, effects.VelocityDependentRestitution, LengthScale),
     "rebound_speed_m_s": (effects.Restitution, effects.VelocityDependentRestitution),
     "range_m": (*FORCES, effects.Magnus, effects.UniformFlow, LengthScale),
 }

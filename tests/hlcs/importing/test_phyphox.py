@@ -87,8 +87,10 @@ def test_a_height_nobody_stated_is_to_be_filled_in_row_by_row(imported):
     assert [(place.file, place.line, place.key) for place in found.fill_in][-1] == ("bounces.csv", 2, "height_m")
 
 
-def test_impacts_alone_need_the_time_of_the_release(imported, refused):
-    refused(COLLISION, "phyphox", "Bounce 0 is the first impact", "--release-time")
+def test_impacts_alone_are_timed_from_one_to_the_next_or_from_a_release_that_is_stated(imported, refused):
+    found, tables = imported(COLLISION, "phyphox", constant={"height_m": 1.25})
+    assert tables["bounces.csv"]["bounce"] == ["1.0"] and tables["bounces.csv"]["bounce_interval_s"] == ["0.6"]
+    assert "the release made none" in str(found) and "[--release-time]" in str(found)
     _, tables = imported(COLLISION, "phyphox", release_time=2.1)
     assert tables["bounces.csv"]["bounce_time_s"] == ["0.4", "1.0"]
     refused(COLLISION, "phyphox", "not in order after the release at 2.7 s; check --release-time", release_time=2.7)

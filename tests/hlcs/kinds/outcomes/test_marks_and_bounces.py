@@ -7,7 +7,7 @@ from scipy.optimize import brentq
 import hlcs
 from hlcs.data.experiment_file import Body, Surroundings
 from hlcs.effects.contract import Setup
-from hlcs.simulation.outcome_motion import bounce_time, passage_time, rebound_speed
+from hlcs.simulation.outcome_motion import bounce_interval, bounce_time, passage_time, rebound_speed
 from minibullet.effects import Gravity, LinearDrag, Restitution, VelocityDependentRestitution
 from minibullet.errors import InputError
 
@@ -55,6 +55,18 @@ def test_the_restitution_is_heard_in_the_times_of_bounces():
     assert found.parameters["restitution"]["coefficient"]["value"] == pytest.approx(0.85, abs=0.002)
 
 
+def test_the_restitution_is_heard_between_bounces_whenever_the_ball_was_let_go():
+    """Impacts alone, 2 e^n sqrt(2 h/g) from the n-th to the next one, to 2 ms; a clock that starts late is no candidate."""
+    height, bounce = np.repeat([0.6, 1.0, 0.6, 1.0], 5), np.tile(np.arange(1.0, 6.0), 4)
+    exact = 2 * 0.85**bounce * np.sqrt(2 * height / G)
+    inputs = {"height_m": height, "bounce": bounce}
+    np.testing.assert_allclose(bounce_interval([SETUP] * 20, (Gravity(G), Restitution(0.85)), inputs), exact, rtol=1e-9)
+    times = exact + 0.002 * np.random.default_rng(4).standard_normal(20)
+    found = hlcs.diagnose(measured(inputs | {"bounce_interval_s": times}), candidates=["restitution", "time_scale"])
+    assert (found.verdict, found.effects) == ("effect", ("restitution",))
+    assert found.parameters["restitution"]["coefficient"]["value"] == pytest.approx(0.85, abs=0.003)
+
+
 def test_a_drag_is_found_between_marks():
     """Thrown down at 2 m/s, timed between depths of 0.1 m and 0.5 to 2 m to 1 ms; v' = g - k v in closed form, k = 1.5."""
     depth, k, v = np.repeat([0.5, 0.8, 1.2, 1.6, 2.0], 4), 1.5, 2.0
@@ -88,6 +100,8 @@ def test_a_restitution_is_found_from_speeds_before_and_after():
     ("columns", "message"),
     [
         ({"height_m": [1, 1, 1], "bounce": [1, 1.5, 2], "bounce_time_s": [0.4, 1, 2]}, "row 1, column bounce: 1.5; bounces are"),
+        ({"height_m": [1, 1, 1], "bounce": [1, 0, 2], "bounce_interval_s": [1, 1, 1]}, "column bounce: 0 cannot be right"),
+        ({"height_m": [1, 1, 1], "bounce_interval_s": [1, 1, 1]}, "bounce_interval_s needs the column 'bounce'"),
         ({"height_m": [1, 1, 1], "bounce_time_s": [0.4, 1, 2]}, "bounce_time_s needs the column 'bounce'"),
         (
             {"mark_1_m": [0.2] * 3, "mark_2_m": [0.5, 0.1, 0.5], "passage_time_s": [1, 1, 1]},
