@@ -19,6 +19,8 @@ from minibullet.effects.fluid import (
 TABLES = "R. Clift, J. R. Grace and M. E. Weber, Bubbles, Drops, and Particles (1978), ch. 5"
 WALLS = "W. L. Haberman and R. M. Sayre, David Taylor Model Basin Report 1143 (1958)"
 NOT_KNOWN = {"least": None, "most": None, "holds": None}  # Reynolds numbers
+SMOOTH, FELT = (0.38, 0.51), 0.7  # drag coefficients of a smooth sphere from Reynolds numbers of 1,000 to 200,000, and the most
+# that one with felt and seams has (R. D. Mehta and J. M. Pallis, Sports Eng. 4 (2001) 177)
 CURVE = "L. Schiller and A. Naumann, Z. VDI 77 (1933) 318"
 
 
@@ -27,7 +29,7 @@ def reached(candidates, parameters, moved, adequate):
 
     candidates: {effect: Candidate}; moved: [(body, surroundings, its highest speed [m/s])] of every recording or row; adequate:
     do the effects explain the data, so that what drags is known? least, most: of the Reynolds numbers 2 r rho v/eta at these
-    speeds, None where nobody knows the viscosity; holds: is the form of the law a sphere's at all of them; told: sentences. The
+    speeds, None where nobody knows the viscosity; holds: is the law with its number a sphere's there; told: sentences. The
     curves are those of spheres: of other bodies the area is told that a drag coefficient refers to, where no file states it.
     """
     laws = {name: candidates[name].kind for name in parameters if issubclass(candidates[name].kind, Drag)}
@@ -80,7 +82,9 @@ def _reached(kind, numbers, spheres, adequate, walled):
         told = _in_proportion(reach, most, eta if adequate and not walled else None, walled)
     else:
         told = _by_coefficient(reach, least, most, begins, ends)
-    return {"least": least, "most": most, "holds": begins <= least and most <= ends, "told": told}
+    too_large = _of_no_sphere(numbers.get("drag_coefficient", {}))
+    holds = begins <= least and most <= ends and not too_large
+    return {"least": least, "most": most, "holds": holds, "told": told + too_large}
 
 
 def _in_proportion(reach, most, eta, walled):
@@ -120,3 +124,13 @@ def _by_coefficient(reach, least, most, begins, ends):
     there = f"{high:.2g}" if f"{high:.2g}" == f"{low:.2g}" else f"from {high:.2g} to {low:.2g}"
     begun = grouped(begins)
     return f"{reach}; the drag coefficient of a sphere is constant from about {begun} on, and {there} here ({CURVE})."
+
+
+def _of_no_sphere(coefficient):
+    """That no sphere has a drag coefficient, {value, low, high}, as large; "" of one that may be one's."""
+    if not (coefficient.get("low") or 0.0) > FELT:
+        return ""
+    return (
+        f" A smooth sphere has {SMOOTH[0]:g} to {SMOOTH[1]:g} from 1,000 on, one with felt {FELT:g} at most: see to mass, size and "
+        "fluid, and to what else may take so much of the motion."
+    )

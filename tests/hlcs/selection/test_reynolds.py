@@ -97,6 +97,13 @@ def test_the_form_of_a_law_holds_between_its_reynolds_numbers():
     assert "Pa s" not in absorbing["told"] and "At 7.2 that law is 37 % too small" in absorbing["told"]
 
 
+def test_a_drag_coefficient_that_no_sphere_has_is_told_so():
+    """0.55 is a tennis ball's, 1.25 nobody's; one that may be 0.6 is not doubted."""
+    for low, high, doubted in ((0.53, 0.57, False), (0.6, 1.9, False), (1.23, 1.26, True)):
+        found = of("quadratic_drag", (9.0,), numbers={"drag_coefficient": {"value": (low + high) / 2, "low": low, "high": high}})
+        assert found["holds"] != doubted and ("what else may take" in found["told"]) == doubted
+
+
 def test_nothing_is_said_where_the_curves_do_not_hold_or_the_number_is_not_known():
     assert of("quadratic_drag", (2.0,), shape="cylinder") is None and of("quadratic_drag", (2.0,), fluid_density=0.0) is None
     unknown = of("quadratic_drag", (2.0,), fluid_density=1260.0)
