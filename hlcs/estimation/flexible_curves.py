@@ -50,7 +50,8 @@ def smooth_segments(trials, what, rounding, sigma=None):
         for times, values in series_of(trial, what):
             kept = np.flatnonzero(~isolated_outliers(times, values))
             rests = resting_from(values[kept], rounding)  # no smooth curve goes from a slide to rest, or through an impact
-            for piece in np.split(kept, np.unique([rests, *np.searchsorted(times[kept], thrown_back)])):
+            turns = turning_places(values[kept]) if trial.surroundings.floor_height is not None and not len(thrown_back) else ()
+            for piece in np.split(kept, np.unique([rests, *turns, *np.searchsorted(times[kept], thrown_back)])):
                 for part in np.array_split(piece, max(len(piece) // SMOOTH, 1)):
                     if len(part) >= LEAST_OF_A_PART:
                         segments.append((times[part], values[part], columns))
@@ -85,6 +86,11 @@ def impact_times(trial):
     runs = np.split(kinks, 1 + np.flatnonzero(np.diff(kinks) > 1)) if len(kinks) else []
     cuts = [place for run in runs for place in (run[0], max(run[-1] - 1, run[0]))]
     return np.unique((times[cuts] + times[np.array(cuts, int) + 1]) / 2) if cuts else np.zeros(0)
+
+
+def turning_places(values):
+    """Where a series (n,) turns back: friction turns round with it, and what was slowed by more than its slope by less."""
+    return sorted({int(np.argmin(values)), int(np.argmax(values))} - {0, len(values) - 1})
 
 
 def resting_from(values, rounding):

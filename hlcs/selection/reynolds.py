@@ -131,6 +131,6 @@ def _of_no_sphere(coefficient):
     if not (coefficient.get("low") or 0.0) > FELT:
         return ""
     return (
-        f" A smooth sphere has {SMOOTH[0]:g} to {SMOOTH[1]:g} from 1,000 on, one with felt {FELT:g} at most: see to mass, size and "
-        "fluid, and to what else may take so much of the motion."
+        f" A smooth sphere has {SMOOTH[0]:g} to {SMOOTH[1]:g} from 1,000 on, one with felt {FELT:g} at most: see to mass, size "
+        "and fluid, and to what else may take so much of the motion."
     )
