@@ -207,9 +207,16 @@ class FittedSets:
         return self.search.cost_of(rest, self.fit(rest)) - self.search.cost(effects)
 
     def ordered(self, effects):
-        """The effects of a set as a tuple, what it needs most first."""
-        self.fit_without(effects, sorted(effects))
-        return tuple(sorted(effects, key=lambda name: (-self.worth(effects, name), name)))
+        """The effects of a set as a tuple, what it needs most first; of one told beside the best, as far as is known without fits
+        that nothing else asks for."""
+        asked = effects == self.best
+        if asked:
+            self.fit_without(effects, sorted(effects))
+
+        def needed(name):
+            return self.worth(effects, name) if asked or self.without(effects, name) in self.search.fits else 0.0
+
+        return tuple(sorted(effects, key=lambda name: (-needed(name), name)))
 
     @cached_property
     def tied(self):
