@@ -73,7 +73,7 @@ def as_it_is(diagnosis, told):
 
 def other_gravity(diagnosis):
     """That another gravity than the stated one does what a wrong scale of length or a clock at a wrong rate would do alike:
-    sentences; where that is the gravity of some place on Earth, or both are off by more than is plausible."""
+    sentences; where that is the gravity of some place on Earth, or no set explains the data by plausible numbers."""
     around = _surroundings(diagnosis)
     if around is None:
         return []
@@ -84,7 +84,8 @@ def other_gravity(diagnosis):
         return []  # a length is known, nothing falls freely, or each session has a factor of its own
     needed = [stated * factors[name] ** power for name, power in falls.items()]
     on_earth = all(ON_EARTH[0] - CLOSE < each < ON_EARTH[1] + CLOSE for each in needed)
-    doubtful = all("beyond" in diagnosis.parameters.get(name, {}).get("factor", {}) for name in falls)
+    beyond = {name for name, numbers in diagnosis.parameters.items() if any("beyond" in number for number in numbers.values())}
+    doubtful = all(beyond.intersection(its["effects"]) for its in diagnosis.sets)
     if not (on_earth or doubtful) or abs(needed[0] / needed[1] - 1) > CLOSE / AT_THE_EQUATOR:
         return []  # the two need different ones where more than gravity acts
     told = f"A gravity of {needed[0]:.4g} m/s2 in place of {stated:g} does the same"
