@@ -26,11 +26,17 @@ class Shown:
 
     trials: tuple
     contact: bool  # does anything touch?
+    seated: tuple = ()  # does a body lie on its floor at the start (trials,)
 
     @cached_property
     def columns(self):
         """The channels that they measure."""
         return set().union(*(trial.columns for trial in self.trials))
+
+    @property
+    def loads_differ(self):
+        """May bodies press on their floor with unlike forces? Not where all lie on it, of one mass and on one slope."""
+        return not (self.seated and all(self.seated)) or len({(trial.body, trial.surroundings) for trial in self.trials}) > 1
 
 
 # need: (what is said where it is missing, test of what recordings show)
@@ -69,6 +75,7 @@ NEEDS = {
         "the moment of release is not known: no start velocity is stated, or the body is let go after the first sample",
         lambda shown: any("velocity" in trial.start for trial in shown.trials),
     ),
+    Need.UNLIKE_LOADS: ("the load does not vary", lambda shown: shown.loads_differ),
     Need.SIDEWAYS: ("no horizontal position is measured", lambda shown: bool(shown.columns & {"x", "y"})),
     DataNeed.ACCELERATIONS: ("no accelerations are read", lambda shown: bool(shown.columns & set(CHANNELS[6:]))),
     DataNeed.HEIGHT: ("no height is measured", lambda shown: "z" in shown.columns),
@@ -89,9 +96,10 @@ def to_be_given(absent):
     return "; ".join(f"state or measure {what}, without which {names} cannot be tried" for what, names in told.items())
 
 
-def candidates_for(measurement, contact, names=None, own=()):
-    """(candidates, {name: why it cannot take part}) for trajectories; `names` None = all that fit, else just these."""
-    trials, shown = measurement.trials, Shown(measurement.trials, contact)
+def candidates_for(measurement, contact, names=None, own=(), seated=()):
+    """(candidates, {name: why it cannot take part}) for trajectories; `names` None = all that fit, else just these; seated: does
+    a body lie on its floor at the start (trials,)."""
+    trials, shown = measurement.trials, Shown(measurement.trials, contact, tuple(seated))
     # a drag must hold in every recording: the one of the largest Reynolds number speaks for all
     seen = [(trial.body, trial.surroundings, fastest(trial)) for trial in trials]
     body, surroundings, speed = max(seen, key=lambda each: (reynolds_numbers(*each)[1], each[1].fluid_density))

@@ -290,6 +290,7 @@ class LoadDependentFriction(ContactEffect):
     formula = "mu_load = mu (load/load_1)^k"
     symbols = {"mu_load": "friction coefficient under this load"}
     looks_like = "Heavy bodies slide farther than light ones of the same surface, or less far."
+    needs = (Need.CONTACT, Need.UNLIKE_LOADS)
     confused_with = ("mass_offset",)
 
     def contact_law(self, contacts, bodies, law):

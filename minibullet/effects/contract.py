@@ -167,6 +167,7 @@ class Need(Enum):
     ROTATION = auto()  # the law acts on nothing else
     RELEASE = auto()  # the moment at which the motion began
     SIDEWAYS = auto()  # horizontal motion, along which the law acts
+    UNLIKE_LOADS = auto()  # forces with which bodies press on each other
 
 
 class Facts(Value):

@@ -272,6 +272,7 @@ def table_candidates(file, table, names, own):
         Need.TUBE: surroundings.walled,
         Need.SPHERE: body.shape == "sphere",
         Need.EDGES: body.shape != "sphere",
+        Need.UNLIKE_LOADS: "mass_kg" in inputs,
         Need.SPIN: bool(np.any(inputs.get("spin_rad_s", 0.0))),
     }
     extent = float(max((np.max(inputs[name]) for name in LENGTHS if name in inputs), default=1.0))
@@ -281,8 +282,6 @@ def table_candidates(file, table, names, own):
             return f"not known to change {table.outcome}"
         if missing := next((need for need in kind.needs if not met.get(need, True)), None):
             return NEEDS[missing][0]
-        if kind is effects.LoadDependentFriction and "mass_kg" not in inputs:
-            return "the load does not vary"
         if kind in (effects.RollingFriction, InertiaError) and body.shape != "sphere":
             return "no other body than a sphere rolls"
         if kind is ClockOffset and np.any(inputs.get("mark_1_m", 0.0)):

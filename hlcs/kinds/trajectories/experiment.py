@@ -166,7 +166,8 @@ class Trajectories:
         return tuple(candidate.name for candidate in self._candidates(self.measurement, self._contact, candidates)[0])
 
     def _candidates(self, measurement, contact, names):
-        return candidates_for(measurement, contact, names, self.options.user_effects)
+        seated = [contact and starts_seated(trial, self._noise) for trial in measurement.trials]
+        return candidates_for(measurement, contact, names, self.options.user_effects, seated)
 
     def search(self, candidates):
         noise, own = self._noise, self.options.user_effects

@@ -110,6 +110,15 @@ def test_a_body_is_known_by_mass_and_any_size():
     assert not known_body(Body(shape="sphere", mass=1.0)) and not known_body(Body(shape="sphere", radius=0.1))
 
 
+def test_a_law_of_the_load_needs_two_loads_where_nothing_strikes():
+    """What slides on one floor presses on it with its weight: then any law of the load is a friction. An impact has its own."""
+    slides, why = recordings(), "load_dependent_friction"
+    assert candidates_for(slides, True, seated=(True, True))[1][why] == "the load does not vary"
+    assert why not in candidates_for(slides, True, seated=(True, False))[1]
+    slides.trials[0].body = Body("sphere", radius=0.2, mass=2 * BALL.mass)
+    assert why not in candidates_for(slides, True, seated=(True, True))[1]
+
+
 def test_what_acts_through_a_drag_needs_one():
     drag, wall, lift = (
         candidate(kind, Surroundings(), rigid_body(BALL), True) for kind in (effects.LinearDrag, effects.WallDrag, effects.Magnus)
