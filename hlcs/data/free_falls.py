@@ -20,6 +20,7 @@ AS_FREE = 1.5  # times gravity that a fall timed by hand through light drag may 
 SLOWING = 1.3  # mean speed of the shortest fall over that of the longest: 1 at most, but for errors of a tenth in each time
 # outcome -> what it is of, the power of their ratio that is one of energies
 IMPACTS = {"rebound_height_m": ("height_m", 1), "rebound_speed_m_s": ("impact_speed_m_s", 2)}
+HARDEST = 3.0  # friction, which that of soft rubber on dry stone does not reach
 CONVERTED = ", or let hlcs import convert the file"  # the end of each remedy of units
 
 
@@ -34,6 +35,8 @@ def check_free(table, gravity):
         _check_exchanged(table, gravity)
     if table.outcome == "range_m" and "angle_deg" in table.inputs:
         _check_launch(table, gravity)
+    if table.outcome == "stop_distance_m" and not {"slope", "angle_deg"} & table.inputs.keys():
+        _tell_hard_stops(table, gravity)
     free, pull = free_times(table, gravity)
     known = np.isfinite(free) & (table.values > 0) & (pull > 0)
     sooner = float(np.median((free[known] / table.values[known]) ** 2)) if known.any() else 0.0
@@ -79,6 +82,17 @@ def _check_launch(table, gravity):
             f"{table.file}, column angle_deg: throws go {in_degrees:.3g} times as far as through nothing at so small an angle; "
             f"units that cannot be right: angles in degrees: these look like radians, multiply them by 57.2958{CONVERTED}"
         )
+
+
+def _tell_hard_stops(table, gravity):
+    """Warn of stops on the level, v^2/(2 g d), that no friction makes, and a usual one does were speeds in kilometres an hour."""
+    pull, there = table.inputs.get("gravity_m_s2", gravity), table.values > 0
+    stopped = table.inputs["speed_m_s"] ** 2 / (2 * pull * np.where(there, table.values, np.inf))
+    friction = float(np.median(stopped[there])) if there.any() else 0.0
+    if friction > HARDEST and friction / 3.6**2 < HARDEST / 2:
+        where = f"{table.file}, columns speed_m_s and {table.outcome}"
+        told = f"{where}: stops as by a friction of {friction:.3g}; speeds are in m/s, are these in km/h?"
+        warnings.warn(told, InputWarning, stacklevel=4)
 
 
 def _angles(inputs, none):

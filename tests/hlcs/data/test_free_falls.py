@@ -136,3 +136,15 @@ def test_launches_in_radians_are_refused_and_steep_slopes_are_questioned():
     slides = {"slope": [5.0, 7.0, 9.0], "distance_m": 1.0, "slide_time_s": [3.0, 2.0, 1.6]}
     with pytest.warns(hlcs.InputWarning, match="column slope: 5 is hardly meant"):
         hlcs.compare(hlcs.Experiment.from_frames(slides, kind="outcomes", body=ball, noise={"outcome": 0.01}))
+
+
+@pytest.mark.parametrize(("factor", "asked"), [(3.6, True), (1.0, False)])
+def test_stops_that_no_friction_makes_ask_whether_speeds_are_in_kilometres_an_hour(factor, asked):
+    """v^2/(2 mu g) with mu = 0.7, which 3.6 times the speeds would make 9."""
+    speeds = np.array([5.0, 8.0, 11.0, 14.0])
+    stops = {"speed_m_s": factor * speeds, "stop_distance_m": speeds**2 / (2 * 0.7 * G)}
+    block = {"shape": "box", "size": [0.2, 0.1, 0.1], "mass": 1.0}
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        hlcs.compare(hlcs.Experiment.from_frames(stops, block, {"friction": 0.5}, kind="outcomes", noise={"outcome": 0.01}))
+    assert any("are these in km/h?" in str(each.message) for each in told) == asked
