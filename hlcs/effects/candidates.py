@@ -131,6 +131,17 @@ class Free:
         )
         return f"{_to_digits(value, of_value)} lies {side} what is plausible ({self._range(of_end)})"
 
+    def unlike_stated(self, low, value, high):
+        """The value, of an interval low .. high, and on which side of what the file states by another name it lies, in words;
+        "" of one that may be as stated, and of what no file states so."""
+        if self.name not in STATED_OTHERWISE or not self.error:
+            return ""
+        if abs(np.clip(self.stated, low, high) - self.stated) < FAR * self.error:
+            return ""
+        unit, side = "" if self.unit == "1" else f" {self.unit}", "below" if value < self.stated else "above"
+        told = f"{_to_digits(value, 3)} lies {side} the {_to_digits(self.stated, 3)}{unit} that the file states"
+        return f"{told}, by more than twice the {100 * self.error / self.stated:.0f} % that this may be off"
+
     def doubt(self, effect, value):
         """What is said of a value beyond the plausible range, of a number of an effect of that name; "" within it."""
         beyond = self.beyond(value)

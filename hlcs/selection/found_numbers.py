@@ -59,6 +59,7 @@ def annotated(number, free, entry):
     stated = {"stated": free.null} if entry.setting and free.null is not None else {}
     may_be_usual = "mirrored" not in number and number["low"] <= free.high and number["high"] >= free.low
     beyond = "" if may_be_usual else free.beyond(number["value"])
+    beyond = beyond or ("" if stated else free.unlike_stated(number["low"], number["value"], number["high"]))
     doubtful = {"usual": free.usual, "beyond": beyond, "rests_on": INPUTS_OF.get(entry.name, "")}
     return number | stated | (doubtful if beyond else {})
 

@@ -273,6 +273,15 @@ def test_the_walls_of_a_tube_are_found_where_beads_differ_in_size(tmp_path):
     assert viscosity["low"] < ETA < viscosity["high"] and "is a tube of" in str(found)
 
 
+def test_a_tube_that_the_data_contradict_is_told_beside_the_one_that_they_show(tmp_path):
+    """Walls of 20 mm radius, 50 /m, where the file states a tank of 2 m, 0.5 /m to a tenth."""
+    path = in_a_tube(tmp_path, 1.0)
+    path.write_text(path.read_text().replace("[measurement]", "tube_radius = 2.0\n[measurement]"))
+    found = hlcs.diagnose(path)
+    assert "tube_drag" in found.effects
+    assert "lies above the 0.5 1/m that the file states, by more than twice the 10 %" in " ".join(str(found).split())
+
+
 def test_a_tube_is_not_told_where_there_are_no_walls(tmp_path):
     found = hlcs.diagnose(in_a_tube(tmp_path, 0.0))
     assert (found.verdict, set(found.effects)) == ("effect", {"stokes_drag", "buoyancy"}), found.sets
