@@ -6,6 +6,7 @@ MOST_PARTS = 8  # of the smallest distance between two readings that are tried a
 ENOUGH = 12  # distinct readings: of as many that are no multiples, one set in a million lies within NEAR of a step by chance
 NEAR = 0.1  # of a step, within which a reading is one of its multiples: its last digits are rounded too
 FEW = 20  # readings of which fewer than ENOUGH are distinct: so many repeat that they are rounded
+EVEN = 10  # samples whose counts go evenly: of rounded ones each second difference is another one half of the time, 1 in 100 so
 MOST_DECIMALS = 9  # of a metre: no tracker has more
 APART = 3.0  # last digits by which equal distances between pixels may differ, and a reading lie off its pixel: all are rounded
 
@@ -42,10 +43,11 @@ def as_it_moved(values, step):
     """Do readings in the order of time (n,), multiples of a step, count as an even motion does: are all second differences of
     their counts the same?
 
-    A cart at a constant speed, and what falls, pass by multiples of one distance from sample to sample, however it is read.
+    A cart at a constant speed, and what falls, pass by multiples of one distance from sample to sample, however it is read. Few
+    counts of a body that is read in coarse steps may be so by chance.
     """
     counts = np.round((values - values[0]) / step)
-    return len(values) > 3 and bool(np.ptp(np.diff(counts, 2)) == 0)
+    return len(values) >= EVEN and bool(np.ptp(np.diff(counts, 2)) == 0)
 
 
 def are_multiples(values, step):

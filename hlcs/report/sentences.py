@@ -248,11 +248,8 @@ def _effect(diagnosis):
     found = {name: effect_sentence(diagnosis, name) for name in diagnosis.effects}
     implied = [found[name] for name in found if _finding(diagnosis, name, "reason", None) is Reason.IMPLIED]
     own = [sentence for sentence in found.values() if sentence not in implied] or implied
-    told = (
-        own
-        if len(own) == 1
-        else [f"{_count(len(own))} things are missing or wrong, what the data need most first:", Points(tuple(own))]
-    )
+    lead = f"{_count(len(own))} things are missing or wrong, what the data need most first:"
+    told = own if len(own) == 1 else [lead, Points(tuple(own))]
     told = [*told, *(sentence for sentence in implied if own is not implied)]
     told.append(f"{removal(diagnosis, 'It' if len(found) == 1 else 'Together they')} {_noise(diagnosis)}".strip())
     return [*told, *_turns(diagnosis), *_not_sure(diagnosis)]
