@@ -82,9 +82,9 @@ def _reached(kind, numbers, spheres, adequate, walled):
         told = _in_proportion(reach, most, eta if adequate and not walled else None, walled)
     else:
         told = _by_coefficient(reach, least, most, begins, ends)
-    too_large = _of_no_sphere(numbers.get("drag_coefficient", {}))
-    holds = begins <= least and most <= ends and not too_large
-    return {"least": least, "most": most, "holds": holds, "told": told + too_large}
+    holds = begins <= least and most <= ends
+    too_large = _of_no_sphere(numbers.get("drag_coefficient", {})) if holds else ""  # slower ones are dragged by more
+    return {"least": least, "most": most, "holds": holds and not too_large, "told": told + too_large}
 
 
 def _in_proportion(reach, most, eta, walled):

@@ -102,6 +102,8 @@ def test_a_drag_coefficient_that_no_sphere_has_is_told_so():
     for low, high, doubted in ((0.53, 0.57, False), (0.6, 1.9, False), (1.23, 1.26, True)):
         found = of("quadratic_drag", (9.0,), numbers={"drag_coefficient": {"value": (low + high) / 2, "low": low, "high": high}})
         assert found["holds"] != doubted and ("what else may take" in found["told"]) == doubted
+    slow = of("quadratic_drag", (0.001, 0.02), numbers={"drag_coefficient": {"value": 1.5, "low": 1.4, "high": 1.6}})
+    assert "what else may take" not in slow["told"]  # at Reynolds numbers of 4.5 to 89, where a sphere has as much
 
 
 def test_nothing_is_said_where_the_curves_do_not_hold_or_the_number_is_not_known():
