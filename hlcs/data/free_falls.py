@@ -20,7 +20,7 @@ AS_FREE = 1.5  # times gravity that a fall timed by hand through light drag may 
 SLOWING = 1.3  # mean speed of the shortest fall over that of the longest: 1 at most, but for errors of a tenth in each time
 # outcome -> what it is of, the power of their ratio that is one of energies
 IMPACTS = {"rebound_height_m": ("height_m", 1), "rebound_speed_m_s": ("impact_speed_m_s", 2)}
-HARDEST = 3.0  # friction, which that of soft rubber on dry stone does not reach
+HARDEST = 3.0  # no friction is larger, not that of soft rubber on dry stone
 CONVERTED = ", or let hlcs import convert the file"  # the end of each remedy of units
 
 

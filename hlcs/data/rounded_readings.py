@@ -6,7 +6,7 @@ MOST_PARTS = 8  # of the smallest distance between two readings that are tried a
 ENOUGH = 12  # distinct readings: of as many that are no multiples, one set in a million lies within NEAR of a step by chance
 NEAR = 0.1  # of a step, within which a reading is one of its multiples: its last digits are rounded too
 FEW = 20  # readings of which fewer than ENOUGH are distinct: so many repeat that they are rounded
-EVEN = 10  # samples whose counts go evenly: of rounded ones each second difference is another one half of the time, 1 in 100 so
+EVEN = 10  # samples that show an even motion: of rounded counts half of the second differences agree, eight once in a hundred
 MOST_DECIMALS = 9  # of a metre: no tracker has more
 APART = 3.0  # last digits by which equal distances between pixels may differ, and a reading lie off its pixel: all are rounded
 

@@ -17,6 +17,7 @@ from hlcs.effects import candidate
 from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.learning.learned import QUANTILE, Learned, beside_last, interval, left_with
 from hlcs.report.words import value as number_told
+from hlcs.selection.thresholds import HELPS
 from hlcs.simulation.model import Term
 from minibullet.effects.catalogue import module_of
 from minibullet.errors import InputError
@@ -24,7 +25,6 @@ from minibullet.errors import InputError
 FEWEST = 8  # impacts that show a law of three numbers, and whether it is one
 SHOWN = 5.0  # standard errors by which their restitution must change with speed
 LEAVES = 0.1  # part of what the best known effects leave beyond noise that may be left with the law: real ones are not just so
-FORETOLD = 0.5  # part of the square of what they miss beyond noise of data held out that must go: else it is fitted, not foretold
 FLATTEST, STEEPEST = 0.1, 4.0  # exponents: toward 0 as the library's power; above 4 the fastest impacts alone show it
 LAWS = ("restitution", "velocity_dependent_restitution", "learned_restitution")  # in whose place it stands
 GROUPS = 8  # of impacts of like speed, to be drawn
@@ -61,7 +61,7 @@ def learn_rebounds(problem, fit, best, readings, polished, hold_out):
     polished: (problem, fit) -> the fit without the error of the step; hold_out: as in the experiment file.
 
     None where the impacts show no change with speed, where bodies or floors differ or the file has another law of its own, where
-    the law leaves more than LEAVES of what the best fit leaves beyond noise, or foretells less than FORETOLD of it in other data.
+    the law leaves more than LEAVES of what the best fit leaves beyond noise, or foretells less than HELPS of it in other data.
     """
     readings = () if _unlike(problem.trials, fit.model) else _changing(readings)
     cross_validation = CrossValidation(problem.trials, hold_out)
@@ -74,7 +74,7 @@ def learn_rebounds(problem, fit, best, readings, polished, hold_out):
     except InputError:  # what cannot be simulated with it loses no verdict
         return None
     before, after = (problem.error(cross_validation.residuals(each)) for each in (best, found))
-    foretold = before**2 - after**2 > FORETOLD * (before**2 - problem.noise_level**2)
+    foretold = before**2 - after**2 > HELPS * (before**2 - problem.noise_level**2)
     if found.chi2 - found.freedom > LEAVES * (best.chi2 - best.freedom) or not foretold:
         return None
     return _told(problem, polished(problem, found), readings, reference, {"before": before, "after": after})

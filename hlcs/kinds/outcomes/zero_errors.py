@@ -69,10 +69,15 @@ def zeros_of(problem, model, judge):
     most = {"m/s": FASTER * shortest["speed_m_s"], "degrees": TURNED}
     level = problem.table.outcome in ON_A_FLOOR and not {*inputs} & {"angle_deg", "slope"}  # then the floor may slope after all
     read = {*inputs, problem.table.outcome, *(["angle_deg"] if level else [])}
-    ends = [(names, unit, most.get(unit, max(long, ASIDE * shortest[names[0]])), check) for names, (unit, check) in ZEROS.items()]
+    ends = [
+        (names, unit, most.get(unit, max(long, ASIDE * shortest[names[0]])), check, with_zero_at)
+        for names, (unit, check) in ZEROS.items()
+    ]
     asked = [each for each in ends if each[2] and read.issuperset(each[0])]
-    asked += [(names, "%", SCALED, check) for names, check in SCALES.items() if np.ptp(inputs.get(names[0], 0.0)) > 0]
-    asked += [(names, *each) for names, each in HOLDS.items() if names[0] == problem.table.outcome and names[1] in inputs]
+    asked += [(names, "%", SCALED, check, scaled) for names, check in SCALES.items() if np.ptp(inputs.get(names[0], 0.0)) > 0]
+    asked += [
+        (names, *each, holding) for names, each in HOLDS.items() if names[0] == problem.table.outcome and names[1] in inputs
+    ]
     return tuple(filter(None, (_zero(problem, model, *each, judge) for each in asked)))
 
 
@@ -83,11 +88,9 @@ def zero_errors_told(found, chi2):
     return next(filter(None, told), ())
 
 
-def _zero(problem, model, names, unit, most, check, judge):
+def _zero(problem, model, names, unit, most, check, changed, judge):
     """The Zero of what has these names, None where no common error of it up to `most`, in this unit or as a part of it where that
-    is "%", leaves noise."""
-    holds = names in HOLDS
-    changed = holding if holds else scaled if unit == "%" else with_zero_at
+    is "%", leaves noise; changed: (problem, names, error) -> the problem with that error."""
 
     def misfit(offset):
         moved = changed(problem, names, offset)
@@ -108,7 +111,7 @@ def _zero(problem, model, names, unit, most, check, judge):
     off, error = (f"{100 * each:.2g} %" if unit == "%" else size(each, unit) for each in (off, reach))
     which, side = " and ".join(names) + (" is" if len(names) == 1 else " are"), "more" if found.x > 0 else "less"
     off = f"at least {off}" if at_end else f"{off} +- {error}" if known else off
-    if holds:
+    if changed is holding:
         wrong = f"{names[0]} holds {off} times {names[1]} {side} than the motion takes, in all rows alike"
     elif problem.table.outcome in names or names[0] in problem.table.inputs:
         wrong = f"{which} {off} {side} than stated in all rows alike"
